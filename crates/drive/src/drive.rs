@@ -1,0 +1,361 @@
+//! A drive: what was measured, on one clock, and its epochs in time order.
+
+use crate::channel::{Channel, Record, Series};
+use crate::geodesy::Geodetic;
+use crate::signals::{AccelArray, Baro, Gnss, Imu, Mag, Range, Steering, Wheels};
+use crate::vehicle::VehicleParams;
+
+/// Everything measured on one drive, a channel per sensor at its own rate, and the truth where it is known.
+#[derive(Clone, Debug, Default)]
+pub struct Drive {
+    /// Name for people: file name or name of the built-in drive.
+    pub name: String,
+    /// Inertial sensor.
+    pub imu: Channel<Imu>,
+    /// Magnetometer.
+    pub mag: Channel<Mag>,
+    /// Speeds of the car.
+    pub wheels: Channel<Wheels>,
+    /// Steering.
+    pub steering: Channel<Steering>,
+    /// Satellite fixes.
+    pub gnss: Channel<Gnss>,
+    /// Barometer.
+    pub baro: Channel<Baro>,
+    /// Six-accelerometer disk.
+    pub accel_array: Channel<AccelArray>,
+    /// Ultrasonic ring.
+    pub range: Channel<Range>,
+    /// The truth, over columns of [`TRUTH_COLUMNS`](crate::truth::TRUTH_COLUMNS); empty if unknown.
+    pub truth: Series,
+    /// The car, where the drive says which.
+    pub vehicle: Option<VehicleParams>,
+}
+
+/// Everything measured at one instant.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Epoch {
+    /// Time, s.
+    pub time: f64,
+    /// Inertial sensor.
+    pub imu: Option<Imu>,
+    /// Magnetometer.
+    pub mag: Option<Mag>,
+    /// Speeds of the car.
+    pub wheels: Option<Wheels>,
+    /// Steering.
+    pub steering: Option<Steering>,
+    /// Satellite fix.
+    pub gnss: Option<Gnss>,
+    /// Barometer.
+    pub baro: Option<Baro>,
+    /// Six-accelerometer disk.
+    pub accel_array: Option<AccelArray>,
+    /// Ultrasonic ring.
+    pub range: Option<Range>,
+}
+
+/// Where a pass over the epochs stands. Holds no borrow, so that a pass can stop and go on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct EpochCursor {
+    next: [usize; 8],
+    passed: usize,
+}
+
+impl EpochCursor {
+    /// The next epoch of `drive`; `None` at its end. Channels that share an instant share the epoch.
+    pub fn next(&mut self, drive: &Drive) -> Option<Epoch> {
+        fn due<R: Record>(channel: &Channel<R>, next: usize) -> f64 {
+            channel.time().get(next).copied().unwrap_or(f64::INFINITY)
+        }
+        fn take<R: Record>(channel: &Channel<R>, next: &mut usize, time: f64) -> Option<R> {
+            if due(channel, *next) != time {
+                return None;
+            }
+            *next += 1;
+            Some(channel.at(*next - 1).1)
+        }
+        let n = &mut self.next;
+        let time = due(&drive.imu, n[0])
+            .min(due(&drive.mag, n[1]))
+            .min(due(&drive.wheels, n[2]))
+            .min(due(&drive.steering, n[3]))
+            .min(due(&drive.gnss, n[4]))
+            .min(due(&drive.baro, n[5]))
+            .min(due(&drive.accel_array, n[6]))
+            .min(due(&drive.range, n[7]));
+        if time == f64::INFINITY {
+            return None;
+        }
+        let before: usize = n.iter().sum();
+        let epoch = Epoch {
+            time,
+            imu: take(&drive.imu, &mut n[0], time),
+            mag: take(&drive.mag, &mut n[1], time),
+            wheels: take(&drive.wheels, &mut n[2], time),
+            steering: take(&drive.steering, &mut n[3], time),
+            gnss: take(&drive.gnss, &mut n[4], time),
+            baro: take(&drive.baro, &mut n[5], time),
+            accel_array: take(&drive.accel_array, &mut n[6], time),
+            range: take(&drive.range, &mut n[7], time),
+        };
+        self.passed += n.iter().sum::<usize>() - before;
+        Some(epoch)
+    }
+
+    /// Share of the drive's samples already passed, 0 to 1.
+    pub fn fraction(&self, drive: &Drive) -> f64 {
+        let total = drive.sample_count();
+        if total == 0 { 1.0 } else { self.passed as f64 / total as f64 }
+    }
+}
+
+/// A physical signal that an estimator may need, whichever columns carry it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Signal {
+    /// Forward accelerometer.
+    AccelX,
+    /// Rightward accelerometer.
+    AccelY,
+    /// Downward accelerometer.
+    AccelZ,
+    /// Roll gyro.
+    GyroX,
+    /// Pitch gyro.
+    GyroY,
+    /// Yaw gyro.
+    GyroZ,
+    /// Three-axis magnetometer.
+    Mag,
+    /// Forward speed, reported or from the wheels.
+    ForwardSpeed,
+    /// Steering angle of the road wheels or of the steering wheel.
+    Steer,
+    /// Satellite position, geodetic or local.
+    GnssPosition,
+    /// Satellite velocity, or speed and course.
+    GnssVelocity,
+    /// Satellite course.
+    GnssCourse,
+    /// Satellite vertical velocity.
+    GnssVerticalVelocity,
+    /// Barometric altitude.
+    BaroAltitude,
+    /// Six-accelerometer disk.
+    AccelArray,
+}
+
+impl Signal {
+    /// Name for people.
+    pub fn label(self) -> &'static str {
+        match self {
+            Self::AccelX => "forward acceleration",
+            Self::AccelY => "lateral acceleration",
+            Self::AccelZ => "vertical acceleration",
+            Self::GyroX => "roll rate",
+            Self::GyroY => "pitch rate",
+            Self::GyroZ => "yaw rate",
+            Self::Mag => "magnetic field",
+            Self::ForwardSpeed => "speed or wheel speeds",
+            Self::Steer => "steering angle",
+            Self::GnssPosition => "GNSS position",
+            Self::GnssVelocity => "GNSS velocity, or speed and course",
+            Self::GnssCourse => "GNSS course",
+            Self::GnssVerticalVelocity => "GNSS vertical velocity",
+            Self::BaroAltitude => "barometric altitude",
+            Self::AccelArray => "six-accelerometer disk",
+        }
+    }
+}
+
+/// What one channel of a drive holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelSummary {
+    /// Name for people.
+    pub name: &'static str,
+    /// Number of samples.
+    pub rows: usize,
+    /// Mean rate, Hz.
+    pub rate: f64,
+    /// Columns that hold a value, by canonical name.
+    pub columns: Vec<&'static str>,
+}
+
+/// What a drive's first moments say: read once, before an estimator steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LogStart {
+    /// Median step of the inertial (or disk) channel, s; NaN if it has fewer than two samples.
+    pub imu_step: f64,
+    /// First forward or ground speed within the first second, m/s; NaN if none.
+    pub speed: f64,
+    /// Origin of local coordinates: truth's first place, else the first valid fix; `None` where positions are local already.
+    pub origin: Option<Geodetic>,
+}
+
+impl Drive {
+    /// The channels without their row types, in a fixed order; `truth` is not among them.
+    pub fn channels(&self) -> [&Series; 8] {
+        [
+            self.imu.series(),
+            self.mag.series(),
+            self.wheels.series(),
+            self.steering.series(),
+            self.gnss.series(),
+            self.baro.series(),
+            self.accel_array.series(),
+            self.range.series(),
+        ]
+    }
+
+    /// The channels that hold samples, with rate and the columns that hold a value.
+    pub fn channel_summaries(&self) -> Vec<ChannelSummary> {
+        const NAMES: [&str; 8] =
+            ["inertial", "magnetometer", "wheels", "steering", "gnss", "barometer", "accelerometer disk", "range"];
+        (NAMES.iter().zip(self.channels()).filter(|(_, c)| !c.is_empty()))
+            .map(|(name, c)| {
+                let time = c.time();
+                let columns = c.schema().iter().map(|c| c.name).filter(|n| c.has(n)).collect();
+                let rate = (time.len() - 1) as f64 / (time[time.len() - 1] - time[0]);
+                ChannelSummary { name, rows: time.len(), rate: if rate.is_finite() { rate } else { 0.0 }, columns }
+            })
+            .collect()
+    }
+
+    /// Number of samples over all channels.
+    pub fn sample_count(&self) -> usize {
+        self.channels().iter().map(|c| c.len()).sum()
+    }
+
+    /// First and last instant of any channel, s; `None` for an empty drive.
+    pub fn span(&self) -> Option<(f64, f64)> {
+        let ends = self
+            .channels()
+            .into_iter()
+            .chain([&self.truth])
+            .filter_map(|c| Some((*c.time().first()?, *c.time().last()?)));
+        ends.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
+
+    /// A measured column by its canonical name.
+    pub fn column(&self, name: &str) -> Option<(&Series, usize)> {
+        self.channels().into_iter().find_map(|c| c.index_of(name).map(|i| (c, i)))
+    }
+
+    /// Everything measured, in time order.
+    pub fn epochs(&self) -> impl Iterator<Item = Epoch> + '_ {
+        let mut cursor = EpochCursor::default();
+        std::iter::from_fn(move || cursor.next(self))
+    }
+
+    /// Whether the drive holds a value of this signal anywhere.
+    pub fn has(&self, signal: Signal) -> bool {
+        let has = |name: &str| self.column(name).is_some_and(|(s, i)| s.column_at(i).iter().any(|v| v.is_finite()));
+        match signal {
+            Signal::AccelX => has("accel_x"),
+            Signal::AccelY => has("accel_y"),
+            Signal::AccelZ => has("accel_z"),
+            Signal::GyroX => has("gyro_x"),
+            Signal::GyroY => has("gyro_y"),
+            Signal::GyroZ => has("gyro_z"),
+            Signal::Mag => has("mag_x") && has("mag_y") && has("mag_z"),
+            Signal::ForwardSpeed => {
+                ["speed", "wheel_speed_rl", "wheel_speed_rr", "wheel_speed_fl", "wheel_speed_fr"].into_iter().any(has)
+            }
+            Signal::Steer => has("steer") || has("steering_wheel"),
+            Signal::GnssPosition => has("gnss_lat") && has("gnss_lon") || has("gnss_n") && has("gnss_e"),
+            Signal::GnssVelocity => has("gnss_vn") && has("gnss_ve") || has("gnss_speed") && has("course"),
+            Signal::GnssCourse => has("course") || has("gnss_vn") && has("gnss_ve"),
+            Signal::GnssVerticalVelocity => has("gnss_vd"),
+            Signal::BaroAltitude => has("baro_alt"),
+            Signal::AccelArray => has("acc6_1") && has("acc6_6"),
+        }
+    }
+
+    /// What the first moments say; see [`LogStart`].
+    pub fn start(&self) -> LogStart {
+        let median_step = |time: &[f64]| {
+            let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
+            if steps.is_empty() {
+                return f64::NAN;
+            }
+            let middle = steps.len() / 2;
+            *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+        };
+        let imu_time = if self.imu.len() >= self.accel_array.len() { self.imu.time() } else { self.accel_array.time() };
+        let soon = self.span().map_or(0.0, |s| s.0) + 1.0;
+        let wheel = self.wheels.iter().take_while(|(t, _)| *t <= soon).map(|(_, w)| w.forward_speed());
+        let gnss = self.gnss.iter().take_while(|(t, _)| *t <= soon).map(|(_, g)| g.ground_speed());
+        let speed = wheel.chain(gnss).find(|v| v.is_finite()).unwrap_or(f64::NAN);
+        LogStart { imu_step: median_step(imu_time), speed, origin: self.origin() }
+    }
+
+    /// Origin of local coordinates; see [`LogStart::origin`].
+    pub fn origin(&self) -> Option<Geodetic> {
+        let truth = ["lat", "lon", "alt"].map(|n| self.truth.column(n));
+        if let [Some(lat), Some(lon), Some(alt)] = truth
+            && let Some(i) = (0..lat.len()).find(|&i| lat[i].is_finite() && lon[i].is_finite() && alt[i].is_finite())
+        {
+            return Some(Geodetic { lat: lat[i], lon: lon[i], alt: alt[i] });
+        }
+        let fix = self.gnss.iter().map(|(_, g)| g).find(|g| g.is_usable() && g.lat.is_finite() && g.lon.is_finite())?;
+        Some(Geodetic { lat: fix.lat, lon: fix.lon, alt: if fix.alt.is_finite() { fix.alt } else { 0.0 } })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drive() -> Drive {
+        let mut d = Drive::default();
+        for k in 0..50 {
+            let t = k as f64 * 0.01;
+            d.imu.push(t, Imu { gyro_z: t, ..Imu::default() }).unwrap();
+            if k % 5 == 0 {
+                d.wheels.push(t, Wheels { speed: 2.0, ..Wheels::default() }).unwrap();
+            }
+            d.mag.push(t + 0.003, Mag::default()).unwrap();
+        }
+        d
+    }
+
+    #[test]
+    fn epochs_come_in_time_order_and_share_an_instant() {
+        let epochs: Vec<Epoch> = drive().epochs().collect();
+        assert_eq!(epochs.len(), 100, "50 inertial instants, ten of them with wheels, and 50 magnetic ones");
+        assert!(epochs.is_sorted_by(|a, b| a.time < b.time));
+        assert!(epochs[0].imu.is_some() && epochs[0].wheels.is_some() && epochs[0].mag.is_none());
+        assert!(epochs[1].mag.is_some() && epochs[1].imu.is_none());
+    }
+
+    #[test]
+    fn a_cursor_stops_and_goes_on_without_losing_an_epoch() {
+        let d = drive();
+        let mut cursor = EpochCursor::default();
+        let mut count = 0;
+        while let Some(_epoch) = cursor.next(&d) {
+            let mut copy = cursor;
+            cursor = copy;
+            let _ = copy.next(&d);
+            count += 1;
+        }
+        assert_eq!(count, 100);
+        assert_eq!(cursor.fraction(&d), 1.0);
+    }
+
+    #[test]
+    fn the_start_of_a_log_tells_rate_and_speed() {
+        let start = drive().start();
+        assert!((start.imu_step - 0.01).abs() < 1e-12);
+        assert_eq!(start.speed, 2.0);
+        assert_eq!(start.origin, None);
+    }
+
+    #[test]
+    fn a_signal_is_there_only_if_it_has_a_value() {
+        let d = drive();
+        assert!(d.has(Signal::GyroZ) && d.has(Signal::ForwardSpeed));
+        assert!(!d.has(Signal::AccelX) && !d.has(Signal::Mag));
+    }
+}

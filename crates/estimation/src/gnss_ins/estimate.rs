@@ -1,0 +1,238 @@
+//! The columns of the GNSS/INS filter.
+
+use drivescope_drive::frames::euler_zyx;
+use drivescope_drive::geodesy::LocalFrame;
+use drivescope_drive::record;
+use nalgebra::{Matrix3, Vector3};
+
+use super::filter::{Filter, Verdict};
+use crate::ins::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, POSITION, VELOCITY};
+
+record! {
+    /// Position, velocity, attitude and sensor biases, with what each measurement was worth.
+    pub struct GnssInsEstimate {
+        /// North of the local origin.
+        north: "m", truth "n";
+        /// Sigma of the position to the north.
+        north_sigma: "m", sigma_of "north";
+        /// East of the local origin.
+        east: "m", truth "e";
+        /// Sigma of the position to the east.
+        east_sigma: "m", sigma_of "east";
+        /// Below the local origin.
+        down: "m", truth "d";
+        /// Sigma of the position downward.
+        down_sigma: "m", sigma_of "down";
+        /// Latitude.
+        lat: "rad", truth "lat";
+        /// Longitude.
+        lon: "rad", truth "lon";
+        /// Height above the ellipsoid.
+        alt: "m", truth "alt";
+        /// Sigma of the height.
+        alt_sigma: "m", sigma_of "alt";
+        /// Velocity to the north.
+        v_north: "m/s", truth "vn";
+        /// Sigma of the velocity to the north.
+        v_north_sigma: "m/s", sigma_of "v_north";
+        /// Velocity to the east.
+        v_east: "m/s", truth "ve";
+        /// Sigma of the velocity to the east.
+        v_east_sigma: "m/s", sigma_of "v_east";
+        /// Velocity downward.
+        v_down: "m/s", truth "vd";
+        /// Sigma of the velocity downward.
+        v_down_sigma: "m/s", sigma_of "v_down";
+        /// Roll, right side down positive.
+        roll: "rad", truth "roll";
+        /// Sigma of the roll.
+        roll_sigma: "rad", sigma_of "roll";
+        /// Pitch, nose up positive.
+        pitch: "rad", truth "pitch";
+        /// Sigma of the pitch.
+        pitch_sigma: "rad", sigma_of "pitch";
+        /// Yaw, clockwise from true north; no value until it is known.
+        yaw: "rad", truth "yaw";
+        /// Sigma of the yaw.
+        yaw_sigma: "rad", sigma_of "yaw";
+        /// Forward velocity.
+        speed: "m/s", truth "vx";
+        /// Sigma of the forward velocity.
+        speed_sigma: "m/s", sigma_of "speed";
+        /// Angle between heading and velocity, above 2 m/s.
+        sideslip: "rad", truth "sideslip";
+        /// Sigma of the sideslip.
+        sideslip_sigma: "rad", sigma_of "sideslip";
+        /// Bias of the forward accelerometer.
+        accel_bias_x: "m/s^2", truth "accel_bias_x";
+        /// Its sigma.
+        accel_bias_x_sigma: "m/s^2", sigma_of "accel_bias_x";
+        /// Bias of the rightward accelerometer.
+        accel_bias_y: "m/s^2", truth "accel_bias_y";
+        /// Its sigma.
+        accel_bias_y_sigma: "m/s^2", sigma_of "accel_bias_y";
+        /// Bias of the downward accelerometer.
+        accel_bias_z: "m/s^2", truth "accel_bias_z";
+        /// Its sigma.
+        accel_bias_z_sigma: "m/s^2", sigma_of "accel_bias_z";
+        /// Bias of the roll gyro.
+        gyro_bias_x: "rad/s", truth "gyro_bias_x";
+        /// Its sigma.
+        gyro_bias_x_sigma: "rad/s", sigma_of "gyro_bias_x";
+        /// Bias of the pitch gyro.
+        gyro_bias_y: "rad/s", truth "gyro_bias_y";
+        /// Its sigma.
+        gyro_bias_y_sigma: "rad/s", sigma_of "gyro_bias_y";
+        /// Bias of the yaw gyro.
+        gyro_bias_z: "rad/s", truth "gyro_bias_z";
+        /// Its sigma.
+        gyro_bias_z_sigma: "rad/s", sigma_of "gyro_bias_z";
+        /// Normalized innovation squared of a satellite position; no value if its height was missing.
+        position_nis: "1", nis 3;
+        /// Normalized innovation squared of a satellite velocity; no value if its vertical part was missing.
+        velocity_nis: "1", nis 3;
+        /// Normalized innovation squared of the odometer.
+        odometer_nis: "1", nis 1;
+        /// Normalized innovation squared of the non-holonomic constraint.
+        nhc_nis: "1", nis 2;
+        /// Normalized innovation squared of the zero velocity of a standing car.
+        zupt_nis: "1", nis 3;
+        /// Normalized innovation squared of the zero rate of a standing car.
+        zaru_nis: "1", nis 3;
+        /// 1 where a satellite position was used, 0 where it was refused.
+        position_accepted: "1";
+        /// 1 where a satellite velocity was used, 0 where it was refused.
+        velocity_accepted: "1";
+        /// 1 where the odometer was used, 0 where it was refused.
+        odometer_accepted: "1";
+        /// 1 where the non-holonomic constraint was used, 0 where it was refused.
+        nhc_accepted: "1";
+        /// 1 where the zero velocity was used, 0 where it was refused.
+        zupt_accepted: "1";
+        /// 1 where the zero rate was used, 0 where it was refused.
+        zaru_accepted: "1";
+        /// Satellites that the receiver used for its last fix.
+        satellites: "1";
+        /// Position dilution of precision of the last fix.
+        pdop: "1";
+    }
+}
+
+/// Speed below which the sideslip means nothing, m/s.
+const SLOWEST_SIDESLIP: f64 = 2.0;
+
+/// What each sensor's measurement of this epoch was worth; `None` where there was none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Verdicts {
+    /// Satellite position.
+    pub position: Option<Verdict>,
+    /// Satellite velocity.
+    pub velocity: Option<Verdict>,
+    /// Odometer.
+    pub odometer: Option<Verdict>,
+    /// Non-holonomic constraint.
+    pub nhc: Option<Verdict>,
+    /// Zero velocity.
+    pub zupt: Option<Verdict>,
+    /// Zero rate.
+    pub zaru: Option<Verdict>,
+}
+
+fn nis(verdict: Option<Verdict>, rows: usize) -> f64 {
+    verdict.filter(|v| v.rows == rows).map_or(f64::NAN, |v| v.nis)
+}
+
+fn accepted(verdict: Option<Verdict>) -> f64 {
+    verdict.map_or(f64::NAN, |v| f64::from(u8::from(v.is_accepted)))
+}
+
+impl Verdicts {
+    /// Put statistics and decisions into their columns.
+    pub fn write(&self, row: &mut GnssInsEstimate) {
+        row.position_nis = nis(self.position, 3);
+        row.velocity_nis = nis(self.velocity, 3);
+        row.odometer_nis = nis(self.odometer, 1);
+        row.nhc_nis = nis(self.nhc, 2);
+        row.zupt_nis = nis(self.zupt, 3);
+        row.zaru_nis = nis(self.zaru, 3);
+        row.position_accepted = accepted(self.position);
+        row.velocity_accepted = accepted(self.velocity);
+        row.odometer_accepted = accepted(self.odometer);
+        row.nhc_accepted = accepted(self.nhc);
+        row.zupt_accepted = accepted(self.zupt);
+        row.zaru_accepted = accepted(self.zaru);
+    }
+}
+
+/// Put the sigmas into their columns; they change only when the covariance does.
+///
+/// Those of north, east, down are of the local frame at the car; its turn against the frame at the origin (1e-3 rad at
+/// 6 km) is left out.
+pub fn write_sigmas(filter: &Filter, row: &mut GnssInsEstimate) {
+    let three = |first: usize| [0, 1, 2].map(|k| filter.sigma(first + k));
+    [row.north_sigma, row.east_sigma, row.down_sigma] = three(POSITION);
+    row.alt_sigma = row.down_sigma;
+    [row.v_north_sigma, row.v_east_sigma, row.v_down_sigma] = three(VELOCITY);
+    [row.accel_bias_x_sigma, row.accel_bias_y_sigma, row.accel_bias_z_sigma] = three(ACCEL_BIAS);
+    [row.gyro_bias_x_sigma, row.gyro_bias_y_sigma, row.gyro_bias_z_sigma] = three(GYRO_BIAS);
+    [row.roll_sigma, row.pitch_sigma, row.yaw_sigma] = euler_sigmas(filter);
+    [row.speed_sigma, row.sideslip_sigma] = body_velocity_sigmas(filter);
+}
+
+/// Sigmas of roll, pitch and yaw from those of the rotation about north, east, down.
+fn euler_sigmas(filter: &Filter) -> [f64; 3] {
+    let c = &filter.navigation.body_to_nav;
+    let cos_pitch = c[(2, 1)].hypot(c[(2, 2)]).max(1e-6);
+    let (sin_yaw, cos_yaw, tan_pitch) = (c[(1, 0)] / cos_pitch, c[(0, 0)] / cos_pitch, -c[(2, 0)] / cos_pitch);
+    let jacobian = Matrix3::new(
+        cos_yaw / cos_pitch,
+        sin_yaw / cos_pitch,
+        0.0,
+        -sin_yaw,
+        cos_yaw,
+        0.0,
+        tan_pitch * cos_yaw,
+        tan_pitch * sin_yaw,
+        1.0,
+    );
+    let p = filter.covariance.fixed_view::<3, 3>(ATTITUDE, ATTITUDE);
+    [0, 1, 2].map(|k| {
+        let row = jacobian.row(k);
+        (row * p * row.transpose())[0].max(0.0).sqrt()
+    })
+}
+
+/// Sigmas of the forward velocity and of the sideslip.
+fn body_velocity_sigmas(filter: &Filter) -> [f64; 2] {
+    let h = super::measurement::body_velocity(&filter.navigation, &Vector3::zeros(), &Vector3::zeros(), 0.0).h;
+    let h = h.fixed_view::<3, 6>(0, VELOCITY);
+    let p = filter.covariance.fixed_view::<6, 6>(VELOCITY, VELOCITY);
+    let sigma = |k: usize| (h.row(k) * p * h.row(k).transpose())[0].max(0.0).sqrt();
+    [sigma(0), sigma(1) / filter.navigation.velocity.norm().max(SLOWEST_SIDESLIP)]
+}
+
+/// Put position, velocity, attitude and biases into their columns.
+pub fn write_state(filter: &Filter, frame: &LocalFrame, row: &mut GnssInsEstimate) {
+    let n = &filter.navigation;
+    [row.north, row.east, row.down] = frame.to_ned(n.place).into();
+    (row.lat, row.lon, row.alt) = (n.place.lat, n.place.lon, n.place.alt);
+    [row.v_north, row.v_east, row.v_down] = n.velocity.into();
+    let angles = euler_zyx(&n.body_to_nav);
+    (row.roll, row.pitch, row.yaw) = (angles.roll, angles.pitch, angles.yaw);
+    let forward = n.body_to_nav.column(0).dot(&n.velocity);
+    let rightward = n.body_to_nav.column(1).dot(&n.velocity);
+    row.speed = forward;
+    row.sideslip = if forward.abs() >= SLOWEST_SIDESLIP { rightward.atan2(forward) } else { f64::NAN };
+    [row.accel_bias_x, row.accel_bias_y, row.accel_bias_z] = filter.accel_bias.into();
+    [row.gyro_bias_x, row.gyro_bias_y, row.gyro_bias_z] = filter.gyro_bias.into();
+}
+
+/// Take out what a filter without a yaw cannot know.
+pub fn blank_yaw(row: &mut GnssInsEstimate) {
+    row.yaw = f64::NAN;
+    row.yaw_sigma = f64::NAN;
+    row.speed = f64::NAN;
+    row.speed_sigma = f64::NAN;
+    row.sideslip = f64::NAN;
+    row.sideslip_sigma = f64::NAN;
+}

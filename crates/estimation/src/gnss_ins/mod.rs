@@ -1,0 +1,292 @@
+//! Position, velocity and attitude from inertial sensors and satellites, loosely coupled, aided by the car's own motion.
+//!
+//! States: the nine errors of [`crate::ins`] and six residual sensor biases, fed back to the nominal state after each update.
+//! Inputs: specific force and rates; satellite position and velocity (or speed and course); odometer.
+//! Source: Yun & Yu 2007, equations (15) to (19), corrected; SPEC navigation 1 to 4 and 11. Departures are named where they are
+//! made: [`covariance`] (nodes), [`alignment`] (start from a log as it comes), [`running`] (unknown yaw).
+//! Sensors with their own clock: an odometer sample or a fix is used at the next inertial sample, the fix carried on to it
+//! with velocity and acceleration; one older than two inertial steps (at least 0.1 s) is dropped and counted.
+//! While the car stands and is levelled, rows show the state that the filter would start from.
+//! Not modelled: errors of odometer scale and mounting of the inertial sensor; correlated satellite errors.
+
+pub mod alignment;
+pub mod covariance;
+mod estimate;
+pub mod filter;
+mod fix;
+mod inertial;
+pub mod measurement;
+pub mod running;
+mod tuning;
+
+#[cfg(test)]
+mod case_tests;
+#[cfg(test)]
+mod consistency_tests;
+
+use drivescope_drive::drive::{Epoch, LogStart, Signal};
+use drivescope_drive::geodesy::LocalFrame;
+use drivescope_drive::vehicle::VehicleParams;
+
+use self::alignment::{Alignment, Start};
+pub use self::estimate::GnssInsEstimate;
+use self::estimate::Verdicts;
+pub use self::fix::{Fix, NOMINAL_ORIGIN};
+use self::inertial::{Hold, Sample};
+use self::running::{Aids, Running, STANDING_SPEED};
+pub use self::tuning::{GnssInsParams, Gravity, Tuning};
+use crate::estimator::{Estimator, EstimatorError, Need, Notices};
+use crate::ins::GravityModel;
+
+/// Shortest window at rest that a start is taken from when the car drives off, s.
+const SHORTEST_ALIGNMENT: f64 = 0.5;
+/// Age from which the odometer or the satellites no longer say whether the car stands, s.
+const STALE: f64 = 2.0;
+
+/// What the estimator does at the moment.
+#[derive(Clone, Debug)]
+enum Phase {
+    Aligning(Box<Alignment>),
+    Running(Box<Running>),
+}
+
+/// The estimator: see the [module](self).
+#[derive(Clone, Debug)]
+pub struct GnssIns {
+    tuning: Tuning,
+    frame: Option<LocalFrame>,
+    gravity: Option<GravityModel>,
+    phase: Phase,
+    hold: Hold,
+    last_time: Option<f64>,
+    oldest_aid: f64,
+    speed: Option<(f64, f64)>,
+    ground_speed: Option<(f64, f64)>,
+    fix: Option<(f64, Fix)>,
+    row: GnssInsEstimate,
+    revision: Option<u64>,
+    notices: Notices,
+}
+
+impl Estimator for GnssIns {
+    const NAME: &'static str = "gnss_ins";
+    const TITLE: &'static str = "Trajectory and attitude";
+    const DOC: &'static str = "Position, velocity, attitude and sensor biases from inertial sensors and satellites, with odometer, \
+        non-holonomic and standstill aiding; bridges satellite outages. After Yun & Yu 2007, corrected.";
+    const NEEDS: &'static [Need] = NEEDS;
+    const VEHICLE: &'static str = "saloon";
+    type Params = GnssInsParams;
+    type Estimate = GnssInsEstimate;
+
+    fn new(params: &GnssInsParams, _vehicle: &VehicleParams, start: &LogStart) -> Self {
+        let gravity = match params.gravity {
+            Gravity::Auto => None,
+            Gravity::Wgs84 => Some(GravityModel::Wgs84),
+            Gravity::Constant => Some(GravityModel::Constant),
+        };
+        let step = if start.imu_step.is_finite() { start.imu_step } else { 0.0 };
+        Self {
+            tuning: Tuning::new(params),
+            frame: start.origin.map(LocalFrame::new),
+            gravity,
+            phase: Phase::Aligning(Box::default()),
+            hold: Hold::default(),
+            last_time: None,
+            oldest_aid: (2.0 * step).max(0.1),
+            speed: None,
+            ground_speed: None,
+            fix: None,
+            row: GnssInsEstimate::default(),
+            revision: None,
+            notices: Notices::default(),
+        }
+    }
+
+    fn step(&mut self, epoch: &Epoch) -> Result<Option<GnssInsEstimate>, EstimatorError> {
+        self.receive(epoch);
+        let Some(sample) = epoch.imu.and_then(|imu| self.hold.complete(epoch.time, &imu)) else { return Ok(None) };
+        if let Some(flaw) = sample.flaw {
+            self.notices.add(flaw, epoch.time);
+        }
+        let dt = epoch.time - self.last_time.unwrap_or(epoch.time);
+        if self.last_time.is_some() && !(dt > 0.0) {
+            self.notices.add("inertial sample that is not later than the one before skipped", epoch.time);
+            return Ok(None);
+        }
+        let aids = self.take_aids(epoch.time, dt);
+        let is_running = match self.phase {
+            Phase::Aligning(_) => self.align(epoch.time, &sample, &aids),
+            Phase::Running(_) => true,
+        };
+        let verdicts = match &mut self.phase {
+            Phase::Running(running) if is_running => {
+                running.step(epoch.time, dt, &sample, &aids, &self.tuning, &mut self.notices)?
+            }
+            _ => Verdicts::default(),
+        };
+        self.last_time = Some(epoch.time);
+        Ok(self.estimate(&verdicts))
+    }
+
+    fn notices(&self) -> &Notices {
+        &self.notices
+    }
+}
+
+const NEEDS: &[Need] = &[
+    Need { signal: Signal::AccelX, required: true, why: "the velocity is integrated from all three accelerations" },
+    Need { signal: Signal::AccelY, required: true, why: "the velocity is integrated from all three accelerations" },
+    Need { signal: Signal::AccelZ, required: true, why: "the velocity is integrated from all three accelerations" },
+    Need { signal: Signal::GyroX, required: true, why: "the attitude is integrated from all three rates" },
+    Need { signal: Signal::GyroY, required: true, why: "the attitude is integrated from all three rates" },
+    Need { signal: Signal::GyroZ, required: true, why: "the attitude is integrated from all three rates" },
+    Need {
+        signal: Signal::GnssPosition,
+        required: true,
+        why: "the trajectory starts at a satellite position and is held to them",
+    },
+    Need {
+        signal: Signal::GnssVelocity,
+        required: false,
+        why: "its course gives the heading when the car moves; without it, give `initial_yaw`",
+    },
+    Need {
+        signal: Signal::GnssVerticalVelocity,
+        required: false,
+        why: "holds the height and the pitch; without it they rest on satellite heights and on the non-holonomic constraint",
+    },
+    Need {
+        signal: Signal::ForwardSpeed,
+        required: false,
+        why: "bridges satellite outages and tells when the car stands; without it an outage drifts within seconds",
+    },
+];
+
+impl GnssIns {
+    /// Keep what an epoch says besides the inertial sample.
+    fn receive(&mut self, epoch: &Epoch) {
+        if let Some(speed) = epoch.wheels.map(|w| w.forward_speed()).filter(|v| v.is_finite()) {
+            self.speed = Some((epoch.time, speed));
+        }
+        let Some(gnss) = epoch.gnss else { return };
+        let keep = |old: &mut f64, new: f64| *old = if new.is_finite() { new } else { *old };
+        keep(&mut self.row.satellites, gnss.satellites);
+        keep(&mut self.row.pdop, gnss.pdop);
+        let Some(fix) = Fix::read(&gnss, &self.tuning.params) else { return };
+        if fix.ground_speed.is_finite() {
+            self.ground_speed = Some((epoch.time, fix.ground_speed));
+        }
+        if let Some(place) = fix.place {
+            self.gravity.get_or_insert(if fix.is_local { GravityModel::Constant } else { GravityModel::Wgs84 });
+            let origin = if fix.is_local { NOMINAL_ORIGIN } else { place };
+            self.frame.get_or_insert_with(|| LocalFrame::new(origin));
+        }
+        self.fix = Some((epoch.time, fix));
+    }
+
+    /// What is young enough to be used at an inertial sample at `time`, `dt` s after the one before.
+    fn take_aids(&mut self, time: f64, dt: f64) -> Aids {
+        let speed = self.speed.filter(|(at, _)| time - at < dt.max(1e-9)).map(|(_, speed)| speed);
+        let fix = self.fix.take().map(|(at, fix)| (fix, time - at));
+        let oldest = self.oldest_aid;
+        if fix.is_some_and(|(_, age)| age > oldest) {
+            self.notices.add("satellite fix inside a hole of the inertial data dropped", time);
+        }
+        Aids { speed, fix: fix.filter(|(_, age)| *age <= oldest) }
+    }
+
+    /// Whether the car stands: by odometer, else by satellites; `None` if neither says.
+    fn stands(&self, time: f64) -> Option<bool> {
+        let recent = |seen: Option<(f64, f64)>| seen.filter(|(at, _)| time - at < STALE).map(|(_, speed)| speed);
+        if let Some(speed) = recent(self.speed) {
+            return Some(speed.abs() < STANDING_SPEED);
+        }
+        // Ten sigma of a satellite velocity would be 1 m/s; a creeping car is not levelled on.
+        recent(self.ground_speed).map(|speed| speed < 0.5)
+    }
+
+    /// Use a sample for alignment. Returns whether the filter began before it, so that it has to be stepped.
+    fn align(&mut self, time: f64, sample: &Sample, aids: &Aids) -> bool {
+        let stands = self.stands(time);
+        let Phase::Aligning(alignment) = &mut self.phase else { return true };
+        let gravity = self.gravity.unwrap_or(GravityModel::Wgs84);
+        let is_quiet = self.speed.is_some() || alignment.is_quiet(&sample.accel, &sample.gyro);
+        if stands.unwrap_or(true) && is_quiet {
+            alignment.rest(time, sample.accel, sample.gyro, stands.is_some());
+            if alignment.duration(time) + 1e-9 >= self.tuning.params.align_time
+                && let Some(start) = alignment.start(&self.tuning, gravity)
+            {
+                self.begin(start);
+                return false;
+            }
+            if let Some((fix, _)) = &aids.fix
+                && let Some(place) = fix.place
+            {
+                alignment.fix(place);
+            }
+            return false;
+        }
+        let is_long = alignment.duration(time) >= SHORTEST_ALIGNMENT;
+        if let Some(start) = alignment.start(&self.tuning, gravity).filter(|_| is_long) {
+            self.begin(start);
+            return true;
+        }
+        alignment.reset();
+        let is_reversing = aids.speed.is_some_and(|v| v < 0.0);
+        let start = aids.fix.and_then(|(fix, _)| alignment::moving_start(&fix, is_reversing, &self.tuning, gravity));
+        if let Some(start) = start {
+            self.notices
+                .add("the log starts in motion: attitude starts level, heading along the satellite course", time);
+            self.begin(start);
+        }
+        false
+    }
+
+    fn begin(&mut self, start: Start) {
+        self.phase = Phase::Running(Box::new(Running::new(start)));
+    }
+
+    /// The row of this epoch; `None` before anything is known.
+    fn estimate(&mut self, verdicts: &Verdicts) -> Option<GnssInsEstimate> {
+        let frame = self.frame?;
+        let gravity = self.gravity.unwrap_or(GravityModel::Wgs84);
+        let levelled;
+        let (filter, is_yaw_known) = match &self.phase {
+            Phase::Running(running) => (&running.filter, running.is_yaw_known),
+            Phase::Aligning(alignment) => {
+                levelled = alignment.start(&self.tuning, gravity)?;
+                (&levelled.filter, levelled.is_yaw_known)
+            }
+        };
+        if self.revision != Some(filter.revision()) {
+            estimate::write_sigmas(filter, &mut self.row);
+            self.revision = Some(filter.revision());
+        }
+        estimate::write_state(filter, &frame, &mut self.row);
+        verdicts.write(&mut self.row);
+        let mut row = self.row;
+        if !is_yaw_known {
+            estimate::blank_yaw(&mut row);
+        }
+        Some(row)
+    }
+
+    /// Begin with a given state instead of aligning: for replays that start from a known one.
+    #[cfg(test)]
+    fn begin_at(&mut self, time: f64, navigation: crate::ins::Navigation) {
+        let p = &self.tuning.params;
+        let covariance = self.tuning.initial_covariance(p.initial_tilt_sigma, p.initial_yaw_sigma);
+        let filter = filter::Filter::new(navigation, nalgebra::Vector3::zeros(), covariance, GravityModel::Wgs84);
+        self.begin(Start { filter, is_yaw_known: true });
+        self.last_time = Some(time);
+    }
+
+    /// The running filter, if it runs.
+    #[cfg(test)]
+    fn filter(&self) -> Option<&filter::Filter> {
+        match &self.phase {
+            Phase::Running(running) => Some(&running.filter),
+            Phase::Aligning(_) => None,
+        }
+    }
+}

@@ -1,0 +1,244 @@
+//! The running filter: order of the updates within an epoch, aiding clock, lock-out, yaw alignment.
+//!
+//! Source: SPEC navigation 4 and 11. Within an epoch: predict, standing or (odometer, constraint) every 0.1 s, satellites.
+
+use nalgebra::{Vector3, vector};
+
+use super::alignment::Start;
+use super::covariance::Covariance;
+use super::estimate::Verdicts;
+use super::filter::{Filter, Verdict};
+use super::fix::Fix;
+use super::inertial::Sample;
+use super::measurement;
+use super::tuning::Tuning;
+use crate::estimator::{EstimatorError, Notices};
+
+/// Time between two updates by the car's own motion, s.
+const AIDING_STEP: f64 = 0.1;
+/// Longest wait for an odometer sample before the constraint is used without one, s.
+const LONGEST_ODOMETER_WAIT: f64 = 0.25;
+/// Odometer speed below which the car stands, m/s.
+pub const STANDING_SPEED: f64 = 0.02;
+/// Satellite speed from which the course tells the yaw, m/s.
+const ALIGNING_SPEED: f64 = 0.4;
+/// Longest inertial step that is integrated as one, s.
+const LONGEST_STEP: f64 = 0.5;
+/// Substep with held inertial values across a hole, s.
+const SUBSTEP: f64 = 0.02;
+/// Longest hole that is bridged, s.
+const LONGEST_BRIDGE: f64 = 5.0;
+
+/// What the car's sensors said since the last epoch.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Aids {
+    /// Forward speed of the odometer, m/s, if it is of this epoch.
+    pub speed: Option<f64>,
+    /// A fix and its age, s.
+    pub fix: Option<(Fix, f64)>,
+}
+
+/// A filter that runs, with the clocks and counters around it.
+#[derive(Clone, Debug)]
+pub struct Running {
+    /// The filter.
+    pub filter: Filter,
+    /// Whether the yaw means anything.
+    pub is_yaw_known: bool,
+    since_aid: f64,
+    since_odometer: f64,
+    gyro_sum: Vector3<f64>,
+    gyro_samples: usize,
+    acceleration: Vector3<f64>,
+    position_refusals: usize,
+    velocity_refusals: usize,
+}
+
+impl Running {
+    /// Begin from a start.
+    pub fn new(start: Start) -> Self {
+        Self {
+            filter: start.filter,
+            is_yaw_known: start.is_yaw_known,
+            since_aid: 0.0,
+            since_odometer: f64::INFINITY,
+            gyro_sum: Vector3::zeros(),
+            gyro_samples: 0,
+            acceleration: Vector3::zeros(),
+            position_refusals: 0,
+            velocity_refusals: 0,
+        }
+    }
+
+    /// Move on by `dt` s to `time`, then fold in what the other sensors said.
+    ///
+    /// # Errors
+    /// When the state leaves its range.
+    pub fn step(
+        &mut self,
+        time: f64,
+        dt: f64,
+        sample: &Sample,
+        aids: &Aids,
+        tuning: &Tuning,
+        notices: &mut Notices,
+    ) -> Result<Verdicts, EstimatorError> {
+        self.predict(time, dt, sample, tuning, notices)?;
+        let mut verdicts = Verdicts::default();
+        self.aid_by_motion(dt, aids.speed, tuning, &mut verdicts);
+        if let Some((fix, age)) = &aids.fix {
+            self.aid_by_satellites(fix, *age, aids.speed, tuning, &mut verdicts);
+        }
+        if !self.filter.is_sound() {
+            notices.add("covariance lost its meaning and was set back to that of the start", time);
+            self.filter.covariance = self.fresh_covariance(tuning);
+        }
+        Ok(verdicts)
+    }
+
+    fn fresh_covariance(&self, tuning: &Tuning) -> Covariance {
+        tuning.initial_covariance(tuning.params.moving_tilt_sigma, tuning.params.initial_yaw_sigma)
+    }
+
+    fn predict(
+        &mut self,
+        time: f64,
+        dt: f64,
+        sample: &Sample,
+        tuning: &Tuning,
+        notices: &mut Notices,
+    ) -> Result<(), EstimatorError> {
+        let before = self.filter.navigation.velocity;
+        if dt <= LONGEST_STEP {
+            self.filter.predict(&sample.accel, &sample.gyro, dt, sample.noise_factor, tuning)?;
+        } else {
+            notices.add("hole in the inertial data bridged with held values (at most 5 s)", time);
+            let bridged = dt.min(LONGEST_BRIDGE);
+            let steps = (bridged / SUBSTEP).ceil();
+            for _ in 0..steps as usize {
+                self.filter.predict(&sample.accel, &sample.gyro, bridged / steps, sample.noise_factor, tuning)?;
+            }
+            if dt > LONGEST_BRIDGE {
+                notices.add("hole too long to bridge: velocity and attitude start afresh", time);
+                let distance = (dt - bridged) * self.filter.navigation.velocity.norm().max(10.0);
+                self.filter.reset_motion(&self.fresh_covariance(tuning), distance, tuning);
+                self.is_yaw_known = false;
+            }
+        }
+        self.acceleration = (self.filter.navigation.velocity - before) / dt;
+        self.gyro_sum += sample.gyro;
+        self.gyro_samples += 1;
+        Ok(())
+    }
+
+    /// Every 0.1 s: a standing car has neither velocity nor rate; a rolling one has the odometer's speed and moves along its axis.
+    fn aid_by_motion(&mut self, dt: f64, speed: Option<f64>, tuning: &Tuning, verdicts: &mut Verdicts) {
+        self.since_aid += dt;
+        self.since_odometer = if speed.is_some() { 0.0 } else { self.since_odometer + dt };
+        let is_due = self.since_aid + 0.5 * dt >= AIDING_STEP;
+        let waits_for_odometer = speed.is_none() && self.since_odometer < LONGEST_ODOMETER_WAIT;
+        if !is_due || waits_for_odometer {
+            return;
+        }
+        self.filter.commit(tuning);
+        let p = &tuning.params;
+        let is_standing = speed.is_some_and(|v| v.abs() < STANDING_SPEED);
+        if is_standing && (p.zupt || p.zaru) {
+            self.aid_standing(tuning, verdicts);
+        } else if self.is_yaw_known {
+            self.aid_rolling(speed, tuning, verdicts);
+        }
+        self.since_aid = 0.0;
+        self.gyro_sum = Vector3::zeros();
+        self.gyro_samples = 0;
+    }
+
+    fn aid_standing(&mut self, tuning: &Tuning, verdicts: &mut Verdicts) {
+        let p = &tuning.params;
+        if p.zupt {
+            self.settle(tuning);
+            let prediction = measurement::zero_velocity(&self.filter.navigation);
+            verdicts.zupt = self.filter.update(&prediction, &Vector3::repeat(p.zupt_sigma), tuning);
+        }
+        if p.zaru {
+            self.settle(tuning);
+            let mean = self.gyro_sum / self.gyro_samples as f64 - self.filter.gyro_bias;
+            let prediction = measurement::zero_rate(&self.filter.navigation, &self.filter.earth(), &mean);
+            verdicts.zaru = self.filter.update(&prediction, &Vector3::repeat(p.zaru_sigma), tuning);
+        }
+    }
+
+    fn aid_rolling(&mut self, speed: Option<f64>, tuning: &Tuning, verdicts: &mut Verdicts) {
+        let p = &tuning.params;
+        let predict = |f: &Filter, v: f64| measurement::body_velocity(&f.navigation, &tuning.odometer, &f.rate, v);
+        if let Some(speed) = speed.filter(|_| p.odometer) {
+            let sigma = p.odometer_sigma + p.odometer_speed_sigma * speed.abs();
+            let prediction = predict(&self.filter, speed).forward();
+            verdicts.odometer = self.filter.update(&prediction, &vector![sigma], tuning);
+        }
+        if p.nhc {
+            let prediction = predict(&self.filter, 0.0).sideways();
+            verdicts.nhc = self.filter.update(&prediction, &vector![p.nhc_sigma, p.nhc_sigma], tuning);
+        }
+    }
+
+    /// Position and velocity of a fix that is `age` seconds old: carried on to now with velocity and acceleration.
+    fn aid_by_satellites(&mut self, fix: &Fix, age: f64, speed: Option<f64>, tuning: &Tuning, verdicts: &mut Verdicts) {
+        self.align_yaw(fix, speed, tuning);
+        if let Some(place) = fix.place {
+            self.settle(tuning);
+            let earth = self.filter.earth();
+            let mut prediction = measurement::position(&self.filter.navigation, &earth, &tuning.antenna, &place);
+            prediction.z -= self.filter.navigation.velocity * age;
+            let sigma = fix.position_sigma;
+            verdicts.position = if fix.has_height {
+                self.filter.update(&prediction, &sigma, tuning)
+            } else {
+                self.filter.update(&prediction.horizontal(), &sigma.xy(), tuning)
+            };
+            count_refusals(&mut self.filter, &mut self.position_refusals, verdicts.position, tuning);
+        }
+        if let Some(velocity) = fix.velocity {
+            self.settle(tuning);
+            let navigation = &self.filter.navigation;
+            let mut prediction = measurement::velocity(navigation, &tuning.antenna, &self.filter.rate, &velocity);
+            prediction.z -= self.acceleration * age;
+            verdicts.velocity = if fix.has_vertical_velocity {
+                self.filter.update(&prediction, &fix.velocity_sigma, tuning)
+            } else {
+                self.filter.update(&prediction.horizontal(), &fix.velocity_sigma.xy(), tuning)
+            };
+            count_refusals(&mut self.filter, &mut self.velocity_refusals, verdicts.velocity, tuning);
+        }
+    }
+
+    /// One-shot: the first course of a moving car becomes the yaw (opposite to it if the odometer runs backward).
+    fn align_yaw(&mut self, fix: &Fix, speed: Option<f64>, tuning: &Tuning) {
+        let is_moving = fix.velocity.is_some_and(|v| v.x.hypot(v.y) > ALIGNING_SPEED);
+        if self.is_yaw_known || !is_moving || speed.is_some_and(|v| v.abs() < STANDING_SPEED) {
+            return;
+        }
+        if let Some((course, sigma)) = fix.course() {
+            let is_reversing = speed.is_some_and(|v| v < 0.0);
+            self.filter.commit(tuning);
+            self.filter.set_yaw(if is_reversing { course + std::f64::consts::PI } else { course }, sigma);
+            self.is_yaw_known = true;
+        }
+    }
+
+    /// Bring the covariance up to the state; a yaw that is not known stays out of the correction.
+    fn settle(&mut self, tuning: &Tuning) {
+        self.filter.commit(tuning);
+        if !self.is_yaw_known {
+            self.filter.isolate_yaw();
+        }
+    }
+}
+
+fn count_refusals(filter: &mut Filter, refusals: &mut usize, verdict: Option<Verdict>, tuning: &Tuning) {
+    *refusals = if verdict.is_some_and(|v| !v.is_accepted) { *refusals + 1 } else { 0 };
+    if *refusals >= tuning.params.max_reject as usize {
+        filter.open_up();
+        *refusals = 0;
+    }
+}

@@ -1,0 +1,178 @@
+//! Tuning of the GNSS/INS filter, and the numbers derived from it once.
+
+use drivescope_drive::{choice, params};
+use nalgebra::{SVector, Vector3};
+
+use super::covariance::{Covariance, ProcessNoise};
+use crate::chi_square;
+use crate::ins::STATES;
+
+choice! {
+    /// Which gravity the mechanisation takes off.
+    pub enum Gravity {
+        /// Normal gravity of WGS-84, but standard gravity where positions are given in local metres only.
+        Auto = "auto",
+        /// Normal gravity of WGS-84 at the latitude and height.
+        Wgs84 = "wgs84",
+        /// Standard gravity, 9.80665 m/s^2: for synthetic logs made over a flat Earth.
+        Constant = "constant",
+    }
+}
+
+params! {
+    /// Tuning of the GNSS/INS filter.
+    pub struct GnssInsParams {
+        /// Accelerometer noise density. More: trust satellites and odometer more.
+        accel_noise ("na"): number = 2e-3, "m/s^2/sqrt(Hz)", 1e-5 ..= 5e-2 Log, from "SPEC navigation 3";
+        /// Gyro noise density. More: attitude follows the measurements faster and shakes more.
+        gyro_noise ("ng"): number = 2e-4, "rad/s/sqrt(Hz)", 1e-7 ..= 1e-2 Log, from "SPEC navigation 3";
+        /// Walk of the accelerometer biases. More: biases are relearnt faster.
+        accel_bias_walk ("rba"): number = 2e-4, "m/s^2/sqrt(s)", 1e-7 ..= 1e-2 Log, from "SPEC navigation 3";
+        /// Walk of the gyro biases. More: biases are relearnt faster.
+        gyro_bias_walk ("rbg"): number = 3e-6, "rad/s/sqrt(s)", 1e-10 ..= 1e-4 Log, from "SPEC navigation 3";
+        /// Time in which accelerometer biases fade; not given: they walk and never fade.
+        accel_bias_time ("tau_a"): optional, "s", 1.0 ..= 1e6, from "SPEC navigation 3: infinite";
+        /// Time in which gyro biases fade; not given: they walk and never fade.
+        gyro_bias_time ("tau_g"): optional, "s", 1.0 ..= 1e6, from "SPEC navigation 3: infinite";
+        /// Sigma of the horizontal position at the start.
+        initial_position_sigma (""): number = 3.0, "m", 0.01 ..= 100.0 Log, from "SPEC navigation 3, P0";
+        /// Sigma of the height at the start.
+        initial_height_sigma (""): number = 5.0, "m", 0.01 ..= 200.0 Log, from "SPEC navigation 3, P0";
+        /// Sigma of the velocity at the start.
+        initial_velocity_sigma (""): number = 0.2, "m/s", 0.001 ..= 10.0 Log, from "SPEC navigation 3, P0";
+        /// Sigma of roll and pitch at the start, levelled by gravity.
+        initial_tilt_sigma (""): number = 0.01, "rad", 1e-4 ..= 0.5 Log, from "SPEC navigation 3, P0";
+        /// Sigma of roll and pitch when the log starts in motion: they start at zero then.
+        moving_tilt_sigma (""): number = 0.087, "rad", 0.01 ..= 0.5 Log, from "ours: 5 deg, grade and mounting of a phone";
+        /// Sigma of a given start yaw. At least the error to be expected.
+        initial_yaw_sigma ("P0_yaw"): number = 0.087_266_462_599_716_47, "rad", 0.008 ..= 1.571 Log,
+            from "SPEC navigation 3, P0: 5 deg";
+        /// Sigma of the accelerometer biases at the start.
+        initial_accel_bias_sigma (""): number = 0.05, "m/s^2", 1e-5 ..= 1.0 Log, from "SPEC navigation 3, P0";
+        /// Sigma of the gyro biases at the start.
+        initial_gyro_bias_sigma (""): number = 3e-3, "rad/s", 1e-7 ..= 0.1 Log, from "SPEC navigation 3, P0";
+        /// Sigma of a satellite position where the receiver states none.
+        gnss_position_sigma (""): number = 1.5, "m", 0.01 ..= 20.0 Log, from "SPEC navigation 3";
+        /// Sigma of a satellite height where the receiver states none.
+        gnss_height_sigma (""): number = 3.0, "m", 0.01 ..= 40.0 Log, from "SPEC navigation 3";
+        /// Sigma of the horizontal satellite velocity.
+        gnss_velocity_sigma (""): number = 0.1, "m/s", 0.01 ..= 2.0 Log, from "SPEC navigation 3";
+        /// Sigma of the vertical satellite velocity.
+        gnss_vertical_velocity_sigma (""): number = 0.15, "m/s", 0.01 ..= 2.0 Log, from "SPEC navigation 3";
+        /// Factor on every satellite sigma: receivers state too little where their errors last for minutes.
+        gnss_scale (""): number = 1.0, "1", 1.0 ..= 5.0 Linear, from "SPEC navigation 10.6";
+        /// Sigma of the odometer at rest.
+        odometer_sigma (""): number = 0.05, "m/s", 0.01 ..= 1.0 Log, from "SPEC navigation 3";
+        /// Sigma of the odometer per unit of speed.
+        odometer_speed_sigma (""): number = 0.005, "1", 0.0001 ..= 0.1 Log, from "SPEC navigation 3: 0.5 %";
+        /// Sigma of the speed sideways and upward, which the non-holonomic constraint takes as zero.
+        nhc_sigma (""): number = 0.15, "m/s", 0.01 ..= 1.0 Log, from "SPEC navigation 3";
+        /// Sigma of the zero velocity of a standing car.
+        zupt_sigma (""): number = 0.02, "m/s", 0.001 ..= 1.0 Log, from "SPEC navigation 3";
+        /// Sigma of the mean rate of a standing car.
+        zaru_sigma (""): number = 1e-3, "rad/s", 1e-6 ..= 1.0 Log, from "SPEC navigation 3";
+        /// Probability with which a good measurement passes its gate.
+        gate_probability ("p_gate"): number = 0.999, "1", 0.9 ..= 0.99999 Linear, from "SPEC navigation 3";
+        /// Refusals in a row after which the filter doubts itself: 25 m^2 and 1 (m/s)^2 are added to its covariance.
+        max_reject (""): number = 60.0, "1", 5.0 ..= 300.0 Linear, from "SPEC navigation 4";
+        /// Inertial samples over which the covariance is carried in one step. More: faster and coarser.
+        node (""): number = 10.0, "1", 1.0 ..= 50.0 Linear, from "SPEC navigation 3";
+        /// Longest time at rest that is spent on levelling and gyro bias before the filter starts.
+        align_time ("k0"): number = 18.0, "s", 0.0 ..= 120.0 Linear, from "SPEC navigation 11: k0";
+        /// Yaw to start from; not given: the satellite course, as soon as the car moves.
+        initial_yaw (""): optional, "rad", -7.0 ..= 7.0, from "SPEC navigation 4";
+        /// Use the odometer.
+        odometer (""): toggle = true, from "SPEC navigation 4";
+        /// Use that a car moves neither sideways nor upward (non-holonomic constraint).
+        nhc (""): toggle = true, from "SPEC navigation 4";
+        /// Use that a car whose odometer stands has no velocity.
+        zupt (""): toggle = true, from "SPEC navigation 4";
+        /// Use that a car whose odometer stands does not turn.
+        zaru (""): toggle = true, from "SPEC navigation 4";
+        /// Refuse measurements that the filter finds too improbable.
+        gate (""): toggle = true, from "SPEC navigation 4";
+        /// Model how curvature and rotation of the Earth carry the errors; a car between fixes does not need it.
+        earth_terms ("full_F"): toggle = true, from "SPEC navigation 3";
+        /// Which gravity is taken off.
+        gravity (""): choice Gravity, from "SPEC navigation 1";
+        /// Antenna ahead of the inertial sensor.
+        antenna_x ("l_x"): number = 0.0, "m", -10.0 ..= 10.0 Linear, from "SPEC navigation 4: none";
+        /// Antenna to the right of the inertial sensor.
+        antenna_y ("l_y"): number = 0.0, "m", -5.0 ..= 5.0 Linear, from "SPEC navigation 4: none";
+        /// Antenna below the inertial sensor.
+        antenna_z ("l_z"): number = 0.0, "m", -5.0 ..= 5.0 Linear, from "SPEC navigation 4: none";
+        /// Odometer's axle ahead of the inertial sensor.
+        odometer_x ("l_o_x"): number = 0.0, "m", -10.0 ..= 10.0 Linear, from "SPEC navigation 4: none";
+        /// Odometer's axle to the right of the inertial sensor.
+        odometer_y ("l_o_y"): number = 0.0, "m", -5.0 ..= 5.0 Linear, from "SPEC navigation 4: none";
+        /// Odometer's axle below the inertial sensor.
+        odometer_z ("l_o_z"): number = 0.0, "m", -5.0 ..= 5.0 Linear, from "SPEC navigation 4: none";
+    }
+}
+
+/// Largest accepted normalized innovation squared by number of rows; infinite with the gate off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gates([f64; 3]);
+
+impl Gates {
+    /// From the probability that a good measurement passes.
+    pub fn new(probability: f64, is_on: bool) -> Self {
+        Self([1.0, 2.0, 3.0].map(|dof| if is_on { chi_square::quantile(probability, dof) } else { f64::INFINITY }))
+    }
+    /// For `M` rows.
+    pub fn rows<const M: usize>(&self) -> Option<f64> {
+        Some(self.0[M - 1]).filter(|g| g.is_finite())
+    }
+}
+
+/// What the filter reads of the parameters at every step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tuning {
+    /// The parameters.
+    pub params: GnssInsParams,
+    /// Process noise.
+    pub noise: ProcessNoise,
+    /// Gates.
+    pub gates: Gates,
+    /// Antenna from the inertial sensor, body axes, m.
+    pub antenna: Vector3<f64>,
+    /// Odometer's point from the inertial sensor, body axes, m.
+    pub odometer: Vector3<f64>,
+    /// Inertial samples in a node.
+    pub node: usize,
+}
+
+impl Tuning {
+    /// Derive everything once.
+    pub fn new(params: &GnssInsParams) -> Self {
+        let decay = |time: f64| if time.is_finite() { 1.0 / time } else { 0.0 };
+        let noise = ProcessNoise {
+            accel: params.accel_noise.powi(2),
+            gyro: params.gyro_noise.powi(2),
+            accel_bias: params.accel_bias_walk.powi(2),
+            gyro_bias: params.gyro_bias_walk.powi(2),
+            accel_bias_decay: decay(params.accel_bias_time),
+            gyro_bias_decay: decay(params.gyro_bias_time),
+        };
+        Self {
+            noise,
+            gates: Gates::new(params.gate_probability, params.gate),
+            antenna: Vector3::new(params.antenna_x, params.antenna_y, params.antenna_z),
+            odometer: Vector3::new(params.odometer_x, params.odometer_y, params.odometer_z),
+            node: params.node as usize,
+            params: params.clone(),
+        }
+    }
+
+    /// Covariance of a fresh start with the given sigmas of roll and pitch and of yaw, rad.
+    pub fn initial_covariance(&self, tilt: f64, yaw: f64) -> Covariance {
+        let p = &self.params;
+        let (position, height, velocity) = (p.initial_position_sigma, p.initial_height_sigma, p.initial_velocity_sigma);
+        let (accel, gyro) = (p.initial_accel_bias_sigma, p.initial_gyro_bias_sigma);
+        let sigmas: [f64; STATES] = [
+            position, position, height, velocity, velocity, velocity, tilt, tilt, yaw, accel, accel, accel, gyro, gyro,
+            gyro,
+        ];
+        Covariance::from_diagonal(&SVector::from(sigmas.map(|s| s * s)))
+    }
+}

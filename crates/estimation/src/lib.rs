@@ -1,0 +1,20 @@
+//! Filters named by what they estimate, the Kalman steps they share, and the scoring that says whether they are honest.
+//!
+//! Every estimator implements [`estimator::Estimator`]; [`registry`] lists them by name. Conventions are those of
+//! `drivescope_drive`; `docs/equations.md` maps the papers' equations to functions and tests.
+
+#[cfg(test)]
+mod case_log;
+pub mod chi_square;
+pub mod estimator;
+pub mod gnss_ins;
+pub mod ins;
+pub mod kalman;
+pub mod motion_mode;
+pub mod orientation;
+pub mod registry;
+pub mod score;
+pub mod slope;
+#[cfg(test)]
+mod testing;
+pub mod trajectory;

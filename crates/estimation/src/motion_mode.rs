@@ -1,0 +1,239 @@
+//! Motion mode of a car, stationary, straight or cornering, from an inertial sensor alone.
+//!
+//! Source: Lee et al. 2010, equations (4) to (9) and tables 1 to 3. Four statistics over causal windows: jerk of the
+//! specific force's magnitude (JD), rate about the horizontal axes (TD), step of the forward specific force (FD) and mean
+//! yaw rate (YD).
+//!
+//! Departures: statistics are means, not sums, so that windows and rates can change without retuning; yaw rate has two
+//! thresholds (with one, table 3 has no memory) and counts with both signs; rest also ends after sustained activity (the
+//! paper leaves it by FD only and can miss a creeping launch for good); thresholds may follow the noise floor at rest; rest
+//! needs full windows, so that a log that starts in motion or has a hole does not begin with a stop; turning wheels
+//! contradict rest.
+//! Not known: which way the car moves, and what moves it: a parked car with a loud engine may look like a moving one.
+
+mod detector;
+mod rules;
+mod windows;
+
+pub use detector::{Decision, Detector, InertialRow};
+pub use rules::{MotionMode, Rule, Statistics, Thresholds};
+
+use drivescope_drive::drive::{Epoch, LogStart, Signal};
+use drivescope_drive::vehicle::VehicleParams;
+use drivescope_drive::{params, record};
+
+use crate::estimator::{Estimator, EstimatorError, Need, Notices};
+
+params! {
+    /// Windows, thresholds and rules of the motion mode.
+    pub struct MotionModeParams {
+        /// Window of jerk and tilt rate; longer is steadier and reports a stop later.
+        activity_window ("n_s"): number = 1.0, "s", 0.1 ..= 3.0 Linear, from "spec/motion section 1; the paper gives none";
+        /// Window of the forward force's step; longer finds slower launches.
+        launch_window ("p_s"): number = 0.4, "s", 0.05 ..= 1.0 Linear, from "spec/motion section 1";
+        /// Window of the yaw rate; longer is steadier and reports a corner later.
+        yaw_window ("m_s"): number = 0.5, "s", 0.05 ..= 2.0 Linear, from "spec/motion section 1";
+        /// Mean jerk per sample above which the car counts as shaken.
+        jd_threshold ("jd_th"): number = 0.075, "m/s^2", 0.01 ..= 0.5 Log, from "spec/motion section 1, simulated 100 Hz";
+        /// Mean roll and pitch rate above which the car counts as swaying.
+        td_threshold ("td_th"): number = 0.008, "rad/s", 0.001 ..= 0.05 Log, from "spec/motion section 1";
+        /// Mean step of the forward force above which rest ends.
+        fd_threshold ("fd_th"): number = 0.16, "m/s^2", 0.02 ..= 1.0 Log, from "spec/motion section 1";
+        /// Mean yaw rate above which a corner begins.
+        yaw_on ("yd_on"): number = 0.05, "rad/s", 0.01 ..= 0.3 Linear, from "spec/motion section 1";
+        /// Mean yaw rate at or below which a corner ends.
+        yaw_off ("yd_off"): number = 0.035, "rad/s", 0.01 ..= 0.3 Linear, from "spec/motion section 1";
+        /// Time of uninterrupted shaking and swaying after which rest ends; 0 is the paper's rule without it.
+        escape_time ("escape_s"): number = 0.3, "s", 0.0 ..= 2.0 Linear, from "spec/motion section 1";
+        /// Time at the beginning, at rest, over which gyro biases and noise floor are learned; 0 learns nothing.
+        learning_time ("bias_s"): number = 3.0, "s", 0.0 ..= 10.0 Linear, from "spec/motion section 1";
+        /// Whether the three activity thresholds follow the noise floor at rest; the fixed ones then hold until it is known.
+        adaptive (""): toggle = true, from "spec/motion section 1, recommended there";
+        /// Adaptive thresholds of jerk and tilt rate, as multiples of the noise floor.
+        threshold_factor ("ad_k"): number = 1.5, "1", 1.1 ..= 3.0 Linear, from "spec/motion section 1";
+        /// Adaptive threshold of the forward force's step, as a multiple of its floor.
+        launch_threshold_factor ("ad_kfd"): number = 4.0, "1", 1.5 ..= 8.0 Linear, from "spec/motion section 1";
+        /// Time in which the noise floor follows the statistics at rest.
+        floor_time ("ad_tau"): number = 20.0, "s", 2.0 ..= 120.0 Log, from "spec/motion section 1";
+        /// Whether turning wheels (faster than 0.5 m/s) contradict rest, where the log has their speed.
+        use_speed (""): toggle = true, from "a smooth road at constant speed looks like rest to an inertial sensor";
+    }
+}
+
+record! {
+    /// The motion mode and everything it was decided from.
+    pub struct MotionModeEstimate {
+        /// Mean absolute step of the specific force's magnitude from sample to sample.
+        jd: "m/s^2";
+        /// Mean rate about the horizontal axes.
+        td: "rad/s";
+        /// Mean distance of the forward specific force from its value a launch window ago.
+        fd: "m/s^2";
+        /// Mean yaw rate, to the right positive.
+        yd: "rad/s";
+        /// Dynamics indicator: 1 quiet, 2 shaken or swaying, 3 both.
+        indicator: "1";
+        /// Motion mode: 0 stationary, 1 straight, 2 cornering.
+        mode: "1", truth "mode";
+        /// Rule that fired: 0 none, 1 launch by force, 2 launch by activity, 3 stop, 4 corner begins, 5 corner ends,
+        /// 6 wheels turn, 7 held while learning, 8 held until the windows are full.
+        rule: "1";
+        /// Threshold of `jd`.
+        jd_threshold: "m/s^2";
+        /// Threshold of `td`.
+        td_threshold: "rad/s";
+        /// Threshold of `fd`.
+        fd_threshold: "m/s^2";
+        /// Learned bias of the roll gyro.
+        gyro_bias_x: "rad/s", truth "gyro_bias_x";
+        /// Learned bias of the pitch gyro.
+        gyro_bias_y: "rad/s", truth "gyro_bias_y";
+        /// Learned bias of the yaw gyro.
+        gyro_bias_z: "rad/s", truth "gyro_bias_z";
+    }
+}
+
+/// Speed above which the car clearly moves, m/s.
+const CLEARLY_MOVING: f64 = 0.5;
+
+/// Age up to which a wheel speed counts, s.
+const SPEED_AGE: f64 = 0.5;
+
+/// Step of the log above which the windows are cleared, s.
+const LARGEST_STEP: f64 = 0.5;
+
+/// Step assumed where the log has too few rows to tell, s.
+const USUAL_STEP: f64 = 0.01;
+
+const NOT_AT_REST: &str =
+    "The log does not start at rest: gyro biases and noise floor are not learned, thresholds are fixed.";
+const BAD_ROW: &str = "An inertial row without usable numbers: the row before it was used.";
+const NO_FORCE: &str = "An inertial row with a specific force of zero was skipped.";
+const NOT_LATER: &str = "An inertial row not later than the one before it was skipped.";
+const HOLE: &str = "A hole of more than 0.5 s in the inertial rows: the windows start again, the mode stays.";
+
+/// Motion mode over a log: the [`Detector`], with the log's clock, its bad rows and its wheels.
+#[derive(Clone, Debug)]
+pub struct MotionModeDetector {
+    detector: Detector,
+    use_speed: bool,
+    time: f64,
+    good: InertialRow,
+    speed: f64,
+    speed_time: f64,
+    starts_moving: bool,
+    notices: Notices,
+}
+
+impl Estimator for MotionModeDetector {
+    const NAME: &'static str = "motion_mode";
+    const TITLE: &'static str = "Motion mode";
+    const DOC: &'static str = "Whether the car stands, drives straight on or turns, from accelerometers and gyros by the \
+        rules of Lee et al. 2010, with hysteresis, an escape from rest and thresholds that follow the noise floor.";
+    const NEEDS: &'static [Need] = &[
+        Need { signal: Signal::AccelX, required: true, why: "its step ends rest" },
+        Need { signal: Signal::AccelY, required: true, why: "jerk is that of the whole specific force" },
+        Need { signal: Signal::AccelZ, required: true, why: "jerk is that of the whole specific force" },
+        Need { signal: Signal::GyroX, required: true, why: "sway tells motion from rest" },
+        Need { signal: Signal::GyroY, required: true, why: "sway tells motion from rest" },
+        Need { signal: Signal::GyroZ, required: true, why: "it tells corners" },
+        Need {
+            signal: Signal::ForwardSpeed,
+            required: false,
+            why: "turning wheels contradict rest, and tell whether the log starts at rest",
+        },
+    ];
+    const VEHICLE: &'static str = "saloon";
+    type Params = MotionModeParams;
+    type Estimate = MotionModeEstimate;
+
+    fn new(params: &MotionModeParams, _vehicle: &VehicleParams, start: &LogStart) -> Self {
+        let step = if start.imu_step > 0.0 { start.imu_step } else { USUAL_STEP };
+        let starts_moving = start.speed.abs() > CLEARLY_MOVING;
+        Self {
+            detector: Detector::new(params, step, starts_moving),
+            use_speed: params.use_speed,
+            time: f64::NEG_INFINITY,
+            good: InertialRow::AT_REST,
+            speed: f64::NAN,
+            speed_time: f64::NEG_INFINITY,
+            starts_moving,
+            notices: Notices::default(),
+        }
+    }
+
+    fn step(&mut self, epoch: &Epoch) -> Result<Option<MotionModeEstimate>, EstimatorError> {
+        if self.use_speed
+            && let Some(speed) = epoch.wheels.map(|w| w.forward_speed()).filter(|v| v.is_finite())
+        {
+            (self.speed, self.speed_time) = (speed, epoch.time);
+        }
+        let Some(imu) = epoch.imu else { return Ok(None) };
+        let row =
+            InertialRow { force: [imu.accel_x, imu.accel_y, imu.accel_z], rate: [imu.gyro_x, imu.gyro_y, imu.gyro_z] };
+        if !(epoch.time > self.time && epoch.time < f64::INFINITY) {
+            self.notices.add(NOT_LATER, self.time);
+            return Ok(None);
+        }
+        if row.force == [0.0; 3] {
+            self.notices.add(NO_FORCE, epoch.time);
+            return Ok(None);
+        }
+        if epoch.time - self.time > LARGEST_STEP {
+            self.after_hole(epoch.time);
+        }
+        self.time = epoch.time;
+        let is_good = row.is_plausible();
+        if is_good {
+            self.good = row;
+        } else {
+            self.notices.add(BAD_ROW, epoch.time);
+        }
+        let wheels_turn = epoch.time - self.speed_time <= SPEED_AGE && self.speed.abs() > CLEARLY_MOVING;
+        if wheels_turn && self.detector.refuse_learning() {
+            self.notices.add(NOT_AT_REST, epoch.time);
+        }
+        let (decision, refused) = self.detector.push(&self.good, is_good, wheels_turn);
+        if refused {
+            self.notices.add(NOT_AT_REST, epoch.time);
+        }
+        Ok(Some(estimate(&decision, self.detector.bias())))
+    }
+
+    fn notices(&self) -> &Notices {
+        &self.notices
+    }
+}
+
+impl MotionModeDetector {
+    /// The first row, or one after a hole in the log.
+    fn after_hole(&mut self, time: f64) {
+        if self.time.is_finite() {
+            self.notices.add(HOLE, time);
+            self.detector.clear_windows();
+        } else if self.starts_moving {
+            self.notices.add(NOT_AT_REST, time);
+        }
+    }
+}
+
+fn estimate(decision: &Decision, bias: [f64; 3]) -> MotionModeEstimate {
+    MotionModeEstimate {
+        jd: decision.statistics.jerk,
+        td: decision.statistics.tilt_rate,
+        fd: decision.statistics.force_step,
+        yd: decision.statistics.yaw_rate,
+        indicator: f64::from(decision.indicator),
+        mode: decision.mode.code(),
+        rule: decision.rule.code(),
+        jd_threshold: decision.thresholds.jerk,
+        td_threshold: decision.thresholds.tilt_rate,
+        fd_threshold: decision.thresholds.force_step,
+        gyro_bias_x: bias[0],
+        gyro_bias_y: bias[1],
+        gyro_bias_z: bias[2],
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,249 @@
+//! The rules that turn statistics into a motion mode (tables 1 to 3), with hysteresis and an escape from rest.
+
+/// What the car does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MotionMode {
+    /// At rest.
+    #[default]
+    Stationary,
+    /// Moving straight on.
+    Straight,
+    /// Turning.
+    Cornering,
+}
+
+impl MotionMode {
+    /// The mode's code in columns and files: 0, 1, 2.
+    pub fn code(self) -> f64 {
+        f64::from(self as u8)
+    }
+}
+
+/// The rule that decided a row. Its code in the column `rule` is its position here, from 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rule {
+    /// No rule fired: the mode stays.
+    #[default]
+    Keep,
+    /// Rest ended: the forward force departed from what it was a launch window ago.
+    LaunchByForce,
+    /// Rest ended: both jerk and tilt rate were above their thresholds for the escape time.
+    LaunchByEscape,
+    /// Motion ended: force steady, jerk and tilt rate below their thresholds.
+    Stop,
+    /// A corner began: mean yaw rate above the upper threshold.
+    EnterCorner,
+    /// A corner ended: mean yaw rate at or below the lower threshold.
+    LeaveCorner,
+    /// The wheels turn: the mode left rest, or did not come to it.
+    Wheels,
+    /// Held at rest while biases and noise floor are learned.
+    Learning,
+    /// Motion kept although everything is quiet: the windows are not full yet.
+    Filling,
+}
+
+impl Rule {
+    /// The rule's code in the column `rule`.
+    pub fn code(self) -> f64 {
+        f64::from(self as u8)
+    }
+}
+
+/// Means over the windows, which the rules compare with [`Thresholds`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Statistics {
+    /// Mean absolute step of the specific force's magnitude, m/s^2 per sample; JD/n of (4).
+    pub jerk: f64,
+    /// Mean rate about the horizontal axes, rad/s; TD/n of (6).
+    pub tilt_rate: f64,
+    /// Mean distance of the forward specific force from its value a launch window ago, m/s^2; FD/(p+1) of (8).
+    pub force_step: f64,
+    /// Mean yaw rate, rad/s; (9).
+    pub yaw_rate: f64,
+}
+
+/// What the statistics are compared with.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Thresholds {
+    /// For [`Statistics::jerk`].
+    pub jerk: f64,
+    /// For [`Statistics::tilt_rate`].
+    pub tilt_rate: f64,
+    /// For [`Statistics::force_step`].
+    pub force_step: f64,
+}
+
+impl Thresholds {
+    /// Dynamics indicator: 1 and one more for each of jerk and tilt rate above its threshold (table 1).
+    pub fn indicator(&self, statistics: &Statistics) -> u8 {
+        1 + u8::from(statistics.jerk > self.jerk) + u8::from(statistics.tilt_rate > self.tilt_rate) // (5), (7)
+    }
+}
+
+/// What does not depend on the row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Settings {
+    /// Yaw rate above which a corner begins, rad/s.
+    pub(super) yaw_on: f64,
+    /// Yaw rate at or below which it ends, rad/s.
+    pub(super) yaw_off: f64,
+    /// Rows of full activity after which rest ends; 0 never.
+    pub(super) escape_rows: usize,
+}
+
+/// What else a row brings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Row {
+    pub(super) statistics: Statistics,
+    pub(super) indicator: u8,
+    pub(super) force_step_threshold: f64,
+    /// Whether the wheels turn, clearly.
+    pub(super) wheels_turn: bool,
+    /// Whether the windows hold enough to decide for rest.
+    pub(super) is_full: bool,
+}
+
+/// The mode, and the little memory that the rules have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Rules {
+    settings: Settings,
+    pub(super) mode: MotionMode,
+    last_moving: MotionMode,
+    active_rows: usize,
+}
+
+impl Rules {
+    pub(super) fn new(settings: Settings, mode: MotionMode) -> Self {
+        Self { settings, mode, last_moving: MotionMode::Straight, active_rows: 0 }
+    }
+
+    /// Decide one row and say by which rule; where two fire, the later one.
+    pub(super) fn decide(&mut self, row: &Row) -> Rule {
+        let mut rule = if self.mode == MotionMode::Stationary { self.leave_rest(row) } else { self.come_to_rest(row) };
+        if self.mode != MotionMode::Stationary {
+            let yaw_rate = row.statistics.yaw_rate.abs();
+            match self.last_moving {
+                MotionMode::Cornering if yaw_rate <= self.settings.yaw_off => {
+                    (self.last_moving, rule) = (MotionMode::Straight, Rule::LeaveCorner);
+                }
+                MotionMode::Straight if yaw_rate > self.settings.yaw_on => {
+                    (self.last_moving, rule) = (MotionMode::Cornering, Rule::EnterCorner);
+                }
+                _ => {}
+            }
+            self.mode = self.last_moving;
+        }
+        rule
+    }
+
+    fn leave_rest(&mut self, row: &Row) -> Rule {
+        self.active_rows = if row.indicator == 3 { self.active_rows + 1 } else { 0 };
+        let rule = if row.statistics.force_step > row.force_step_threshold {
+            Rule::LaunchByForce
+        } else if self.settings.escape_rows > 0 && self.active_rows >= self.settings.escape_rows {
+            Rule::LaunchByEscape
+        } else if row.wheels_turn {
+            Rule::Wheels
+        } else {
+            return Rule::Keep;
+        };
+        (self.mode, self.last_moving, self.active_rows) = (MotionMode::Straight, MotionMode::Straight, 0);
+        rule
+    }
+
+    fn come_to_rest(&mut self, row: &Row) -> Rule {
+        if row.statistics.force_step > row.force_step_threshold || row.indicator != 1 {
+            return Rule::Keep;
+        }
+        if row.wheels_turn {
+            return Rule::Wheels;
+        }
+        if !row.is_full {
+            return Rule::Filling;
+        }
+        self.mode = MotionMode::Stationary;
+        Rule::Stop
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SETTINGS: Settings = Settings { yaw_on: 0.05, yaw_off: 0.035, escape_rows: 3 };
+    const QUIET: Row = Row {
+        statistics: Statistics { jerk: 0.0, tilt_rate: 0.0, force_step: 0.0, yaw_rate: 0.0 },
+        indicator: 1,
+        force_step_threshold: 0.16,
+        wheels_turn: false,
+        is_full: true,
+    };
+
+    fn with(force_step: f64, yaw_rate: f64, indicator: u8) -> Row {
+        Row { statistics: Statistics { force_step, yaw_rate, ..QUIET.statistics }, indicator, ..QUIET }
+    }
+
+    #[test]
+    fn the_indicator_counts_strict_exceedances() {
+        let t = Thresholds { jerk: 0.1, tilt_rate: 0.01, force_step: 1.0 };
+        let indicator = |jerk, tilt_rate| t.indicator(&Statistics { jerk, tilt_rate, ..Statistics::default() });
+        assert_eq!(
+            [indicator(0.1, 0.01), indicator(0.11, 0.01), indicator(0.1, 0.02), indicator(0.2, 0.02)],
+            [1, 2, 2, 3]
+        );
+    }
+
+    #[test]
+    fn yaw_rate_has_hysteresis_and_both_signs_count() {
+        let mut rules = Rules::new(SETTINGS, MotionMode::Straight);
+        let mut mode = |yaw_rate| {
+            rules.decide(&with(1.0, yaw_rate, 2));
+            rules.mode
+        };
+        assert_eq!(mode(0.05), MotionMode::Straight, "the threshold itself is not above it");
+        assert_eq!(mode(-0.051), MotionMode::Cornering, "a left turn is negative");
+        assert_eq!(mode(-0.04), MotionMode::Cornering, "between the thresholds the corner goes on");
+        assert_eq!(mode(0.035), MotionMode::Straight);
+        assert_eq!(mode(0.04), MotionMode::Straight, "between the thresholds straight goes on");
+    }
+
+    #[test]
+    fn one_yaw_threshold_has_no_memory() {
+        // Table 3 as printed: with equal thresholds the decision is a comparator of the row alone.
+        let mut rules = Rules::new(Settings { yaw_off: 0.05, ..SETTINGS }, MotionMode::Straight);
+        for k in 0..200 {
+            let yaw_rate = 0.08 * (0.37 * f64::from(k)).sin();
+            rules.decide(&with(1.0, yaw_rate, 2));
+            assert_eq!(rules.mode == MotionMode::Cornering, yaw_rate.abs() > 0.05);
+        }
+    }
+
+    #[test]
+    fn rest_ends_by_force_or_after_uninterrupted_activity() {
+        let mut rules = Rules::new(SETTINGS, MotionMode::Stationary);
+        assert_eq!(
+            rules.decide(&with(0.16, 0.0, 2)),
+            Rule::Keep,
+            "the threshold itself and an indicator of 2 keep rest"
+        );
+        assert_eq!(rules.decide(&with(0.17, 0.0, 1)), Rule::LaunchByForce);
+        assert_eq!(rules.decide(&QUIET), Rule::Stop);
+        let fired = [3, 3, 1, 3, 3, 3].map(|indicator| rules.decide(&with(0.0, 0.0, indicator)));
+        assert_eq!(fired[..5], [Rule::Keep; 5], "an interruption starts the count again");
+        assert_eq!((fired[5], rules.mode), (Rule::LaunchByEscape, MotionMode::Straight));
+        let mut paper = Rules::new(Settings { escape_rows: 0, ..SETTINGS }, MotionMode::Stationary);
+        assert!((0..100).all(|_| paper.decide(&with(0.0, 0.0, 3)) == Rule::Keep), "the paper has no escape");
+    }
+
+    #[test]
+    fn motion_goes_on_while_anything_is_active_or_wheels_turn_or_windows_fill() {
+        let mut rules = Rules::new(SETTINGS, MotionMode::Straight);
+        assert_eq!(rules.decide(&with(0.0, 0.0, 2)), Rule::Keep);
+        assert_eq!(rules.decide(&Row { wheels_turn: true, ..QUIET }), Rule::Wheels);
+        assert_eq!(rules.decide(&Row { is_full: false, ..QUIET }), Rule::Filling);
+        assert_eq!((rules.decide(&QUIET), rules.mode), (Rule::Stop, MotionMode::Stationary));
+        assert_eq!(rules.decide(&Row { wheels_turn: true, ..QUIET }), Rule::Wheels);
+        assert_eq!(rules.mode, MotionMode::Straight);
+    }
+}

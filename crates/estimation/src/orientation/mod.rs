@@ -1,0 +1,326 @@
+//! Roll, pitch and yaw of a car from a magnetometer, a yaw gyro, a lateral accelerometer and the speed.
+//!
+//! Variants, from one vector pair per sample to a filter that knows the suspension; the default switches between them.
+//! Source: Hwang & Choi 2016, as corrected by SPEC orientation sections 3 to 6; bad input as in section 12.
+//!
+//! Inertial epochs drive the filter. Speeds are held; a magnetic sample or a course of another epoch waits for the next
+//! inertial one and is used once. Departure: before the first usable field there is no estimate (the specification puts
+//! out zeros).
+//! Not modelled: disturbed fields, bank under the suspension model, grade under the static solution.
+
+mod attitude;
+mod detector;
+mod ekf;
+mod estimate;
+mod model;
+mod params;
+mod sanitize;
+#[cfg(test)]
+mod tests;
+mod triad;
+
+use drivescope_drive::drive::{Epoch, LogStart, Signal};
+use drivescope_drive::frames::{Euler, wrap_angle};
+use drivescope_drive::vehicle::VehicleParams;
+use nalgebra::{Vector3, Vector5, vector};
+
+use self::attitude::down_in_body;
+use self::detector::{Derivative, StaticDetector};
+use self::ekf::{GyroFilter, Noise, SprungFilter, midpoint};
+use self::model::{Input, PitchDrive, Rates, Suspension, open_loop_rates};
+use self::sanitize::{Inertial, Sanitizer};
+use self::triad::{Triad, pseudo_gravity};
+use crate::estimator::{Estimator, EstimatorError, Need, Notices};
+
+pub use self::estimate::OrientationEstimate;
+pub use self::params::{OrientationParams, PitchForce, Variant};
+
+/// Standard gravity, m/s^2.
+const GRAVITY: f64 = 9.80665;
+/// Step of the first sample, s.
+const FIRST_STEP: f64 = 0.01;
+/// A longer hole in the log starts the filter again, s.
+const LONGEST_GAP: f64 = 0.5;
+/// A magnetic sample or course that waits longer than this for an inertial one is dropped, s.
+const LONGEST_WAIT: f64 = 0.1;
+/// Speed above which a course says something of the sideslip, m/s.
+const SIDESLIP_SPEED: f64 = 3.0;
+/// Roll or pitch beyond this starts the filter again, rad.
+const LARGEST_ANGLE: f64 = 75.0 * std::f64::consts::PI / 180.0;
+
+const TIME_REFUSED: &str = "an epoch whose time did not advance was skipped";
+const GAP: &str = "the filter was started again after a hole of more than 0.5 s";
+const RESTARTED: &str = "the filter was started again because its attitude had left its range";
+
+/// Estimator of roll, pitch and yaw.
+#[derive(Clone, Debug)]
+pub struct Orientation {
+    params: OrientationParams,
+    suspension: Suspension,
+    noise: Noise,
+    rates: Rates,
+    reference: Vector3<f64>,
+    triad: Triad,
+    sanitizer: Sanitizer,
+    derivative: Derivative,
+    detector: StaticDetector,
+    /// `None` until a field has given the first attitude.
+    filter: Option<Filter>,
+    /// Attitude put out last.
+    last: Euler,
+    time: Option<f64>,
+    field: Option<(f64, Vector3<f64>)>,
+    course: Option<(f64, f64)>,
+    notices: Notices,
+}
+
+/// The state of the chosen variant.
+#[derive(Clone, Debug)]
+enum Filter {
+    Static(Euler),
+    OpenLoop(Vector5<f64>),
+    Gyro(GyroFilter),
+    Sprung(SprungFilter),
+}
+
+/// One sample, fit for the filters.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    input: Input,
+    speed: f64,
+    field: Option<Vector3<f64>>,
+    is_static: bool,
+    dt: f64,
+}
+
+/// What a step says beside the attitude.
+#[derive(Clone, Copy, Debug)]
+struct Findings {
+    sigma: [f64; 3],
+    dip_error: f64,
+    nis: f64,
+}
+
+impl Estimator for Orientation {
+    const NAME: &'static str = "orientation";
+    const TITLE: &'static str = "Orientation";
+    const DOC: &'static str = "Roll, pitch and yaw from a three-axis magnetometer, yaw rate, lateral acceleration and speed, \
+        with the suspension as model, after Hwang & Choi 2016.";
+    const NEEDS: &'static [Need] = &[
+        Need { signal: Signal::Mag, required: true, why: "heading and tilt are measured by the Earth's field" },
+        Need { signal: Signal::GyroZ, required: true, why: "it carries the heading through turns" },
+        Need { signal: Signal::AccelY, required: true, why: "it tells gravity sideways and drives the roll model" },
+        Need {
+            signal: Signal::ForwardSpeed,
+            required: true,
+            why: "it tells steady driving and drives the pitch model",
+        },
+        Need { signal: Signal::AccelX, required: false, why: "drives the pitch model when that is chosen" },
+        Need { signal: Signal::GnssCourse, required: false, why: "sideslip is course less yaw" },
+    ];
+    const VEHICLE: &'static str = "bmw_320i";
+    type Params = OrientationParams;
+    type Estimate = OrientationEstimate;
+
+    fn new(params: &OrientationParams, vehicle: &VehicleParams, start: &LogStart) -> Self {
+        let reference = vector![params.field_north, params.field_east, params.field_down];
+        Self {
+            params: params.clone(),
+            suspension: Suspension::new(vehicle),
+            noise: Noise::new(params),
+            rates: if params.printed_rates { Rates::Printed } else { Rates::Euler },
+            reference,
+            triad: Triad::new(&reference),
+            sanitizer: Sanitizer::new(start.speed, reference.norm()),
+            derivative: Derivative::default(),
+            detector: StaticDetector::new(params),
+            filter: None,
+            last: Euler::default(),
+            time: None,
+            field: None,
+            course: None,
+            notices: Notices::default(),
+        }
+    }
+
+    fn step(&mut self, epoch: &Epoch) -> Result<Option<OrientationEstimate>, EstimatorError> {
+        self.hold(epoch);
+        let Some(imu) = &epoch.imu else { return Ok(None) };
+        let Some(dt) = self.advance_time(epoch.time) else { return Ok(None) };
+        let inertial = self.sanitizer.inertial(imu, dt, epoch.time, &mut self.notices);
+        let field = self.field.take().filter(|(t, _)| epoch.time - t <= LONGEST_WAIT).map(|(_, field)| field);
+        if self.filter.is_none() {
+            let Some(field) = field else { return Ok(None) };
+            self.start(&field, inertial.accel_y);
+        }
+        let sample = self.sample(&inertial, field, dt);
+        let findings = self.step_filter(&sample);
+        let findings = if is_in_range(&self.attitude()) { findings } else { None };
+        if findings.is_none() {
+            self.notices.add(RESTARTED, epoch.time);
+            self.filter = None;
+            if let Some(field) = field {
+                self.start(&field, inertial.accel_y);
+            }
+        } else {
+            self.last = self.attitude();
+        }
+        Ok(Some(self.estimate(epoch.time, &sample, findings)))
+    }
+
+    fn notices(&self) -> &Notices {
+        &self.notices
+    }
+}
+
+fn is_in_range(attitude: &Euler) -> bool {
+    attitude.roll.abs() <= LARGEST_ANGLE && attitude.pitch.abs() <= LARGEST_ANGLE && attitude.yaw.is_finite()
+}
+
+impl Orientation {
+    /// Keep what an epoch brings for the next inertial sample.
+    fn hold(&mut self, epoch: &Epoch) {
+        if let Some(wheels) = &epoch.wheels {
+            self.sanitizer.hold_speed(wheels.forward_speed(), epoch.time, &mut self.notices);
+        }
+        if let Some(field) = epoch.mag.and_then(|m| self.sanitizer.field(&m, epoch.time, &mut self.notices)) {
+            self.field = Some((epoch.time, field));
+        }
+        if let Some(fix) = epoch.gnss.filter(|g| g.is_usable()) {
+            let course = fix.course_over_ground(SIDESLIP_SPEED);
+            if course.is_finite() {
+                self.course = Some((epoch.time, course));
+            }
+        }
+    }
+
+    /// Step to `time`, s; `None` if it does not advance. A long hole starts the filter again.
+    fn advance_time(&mut self, time: f64) -> Option<f64> {
+        let dt = self.time.map_or(FIRST_STEP, |previous| time - previous);
+        if !(time.is_finite() && dt > 0.0) {
+            self.notices.add(TIME_REFUSED, time);
+            return None;
+        }
+        self.time = Some(time);
+        if dt <= LONGEST_GAP {
+            return Some(dt);
+        }
+        self.notices.add(GAP, time);
+        self.filter = None;
+        self.derivative = Derivative::default();
+        self.detector = StaticDetector::new(&self.params);
+        Some(FIRST_STEP)
+    }
+
+    /// Start the chosen variant at the static attitude, or where it was last if there is none.
+    fn start(&mut self, field: &Vector3<f64>, accel_y: f64) {
+        let attitude = self.static_attitude(field, accel_y).unwrap_or(self.last);
+        self.filter = Some(match self.params.variant {
+            Variant::Triad => Filter::Static(attitude),
+            Variant::Model => Filter::OpenLoop(vector![0.0, 0.0, 0.0, 0.0, attitude.yaw]),
+            Variant::EkfNoModel => Filter::Gyro(GyroFilter::new(&attitude, self.noise)),
+            Variant::EkfModel | Variant::Switch => Filter::Sprung(SprungFilter::new(&attitude, self.noise)),
+        });
+    }
+
+    fn static_attitude(&self, field: &Vector3<f64>, accel_y: f64) -> Option<Euler> {
+        self.triad.attitude(field, &pseudo_gravity(accel_y)?)
+    }
+
+    fn sample(&mut self, inertial: &Inertial, field: Option<Vector3<f64>>, dt: f64) -> Sample {
+        let speed = self.sanitizer.speed();
+        let change = self.derivative.step(speed, dt);
+        let pitch = match (self.params.pitch_force, inertial.accel_x) {
+            (PitchForce::Sensor, Some(force)) => PitchDrive::Given(force),
+            (PitchForce::None, _) => PitchDrive::Given(0.0),
+            _ => PitchDrive::Derived(change),
+        };
+        Sample {
+            input: Input { yaw_rate: inertial.yaw_rate, accel_y: inertial.accel_y, pitch },
+            speed,
+            field,
+            is_static: self.detector.step(speed, inertial.yaw_rate, change, dt),
+            dt,
+        }
+    }
+
+    fn attitude(&self) -> Euler {
+        match &self.filter {
+            None => self.last,
+            Some(Filter::Static(attitude)) => *attitude,
+            Some(Filter::OpenLoop(x)) => {
+                Euler { roll: x[model::ROLL], pitch: x[model::PITCH], yaw: wrap_angle(x[model::YAW]) }
+            }
+            Some(Filter::Gyro(f)) => f.attitude(),
+            Some(Filter::Sprung(f)) => f.attitude(),
+        }
+    }
+
+    /// Carry the filter over one sample; `None` if it broke.
+    fn step_filter(&mut self, s: &Sample) -> Option<Findings> {
+        let down = pseudo_gravity(s.input.accel_y);
+        let fixed = match (self.params.variant, s.is_static) {
+            (Variant::Triad, _) | (Variant::Switch, true) => {
+                s.field.and_then(|field| self.triad.attitude(&field, &down?))
+            }
+            _ => None,
+        };
+        let reference = self.reference;
+        let dip = |down: Option<Vector3<f64>>| dip_error(s.field.as_ref(), down.as_ref(), &reference);
+        let none = [f64::NAN; 3];
+        match self.filter.as_mut()? {
+            Filter::Static(attitude) => {
+                *attitude = fixed.unwrap_or(*attitude);
+                Some(Findings { sigma: none, dip_error: dip(down), nis: f64::NAN })
+            }
+            Filter::OpenLoop(x) => {
+                *x = midpoint(x, |x| open_loop_rates(x, &s.input, &self.suspension), s.dt);
+                let attitude = self.attitude();
+                Some(Findings { sigma: none, dip_error: dip(Some(down_in_body(&attitude))), nis: f64::NAN })
+            }
+            Filter::Gyro(f) => {
+                f.predict(s.input.yaw_rate, self.rates, s.dt);
+                let dip_error = dip(Some(down_in_body(&f.attitude())));
+                let nis = s.field.map_or(Ok(f64::NAN), |field| f.update(&field, &reference)).ok()?;
+                Some(Findings { sigma: f.sigma(), dip_error, nis })
+            }
+            Filter::Sprung(f) => {
+                if let Some(attitude) = fixed {
+                    *f = SprungFilter::new(&attitude, self.noise);
+                    return Some(Findings { sigma: f.sigma(), dip_error: dip(down), nis: f64::NAN });
+                }
+                f.predict(&s.input, &self.suspension, self.rates, s.dt);
+                let dip_error = dip(Some(down_in_body(&f.attitude())));
+                let nis = s.field.map_or(Ok(f64::NAN), |field| f.update(&field, &reference)).ok()?;
+                Some(Findings { sigma: f.sigma(), dip_error, nis })
+            }
+        }
+    }
+
+    fn estimate(&mut self, time: f64, s: &Sample, findings: Option<Findings>) -> OrientationEstimate {
+        let course = self.course.take().filter(|(t, _)| time - t <= LONGEST_WAIT && s.speed > SIDESLIP_SPEED);
+        let Euler { roll, pitch, yaw } = self.last;
+        let none = Findings { sigma: [f64::NAN; 3], dip_error: f64::NAN, nis: f64::NAN };
+        let Findings { sigma: [roll_sigma, pitch_sigma, yaw_sigma], dip_error, nis } = findings.unwrap_or(none);
+        OrientationEstimate {
+            roll,
+            roll_sigma,
+            pitch,
+            pitch_sigma,
+            yaw,
+            yaw_sigma,
+            sideslip: course.map_or(f64::NAN, |(_, course)| wrap_angle(course - yaw)),
+            is_static: f64::from(u8::from(s.is_static)),
+            field_norm_error: s.field.map_or(f64::NAN, |f| f.norm() - self.reference.norm()),
+            dip_error,
+            field_nis: nis,
+        }
+    }
+}
+
+/// Angle of the field below the plane normal to `down`, less that of the reference, rad; NaN without a field.
+fn dip_error(field: Option<&Vector3<f64>>, down: Option<&Vector3<f64>>, reference: &Vector3<f64>) -> f64 {
+    let (Some(field), Some(down)) = (field, down) else { return f64::NAN };
+    let dip = |sine: f64| sine.clamp(-1.0, 1.0).asin();
+    dip(field.dot(down) / field.norm()) - dip(reference.z / reference.norm())
+}

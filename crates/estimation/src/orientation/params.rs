@@ -1,0 +1,71 @@
+//! Tuning of the orientation estimator.
+
+use drivescope_drive::{choice, params};
+
+choice! {
+    /// Which filter turns the vectors and rates into an attitude.
+    pub enum Variant {
+        /// Static attitude from field and pseudo gravity while the car goes straight and steadily, suspension filter otherwise.
+        Switch = "switch",
+        /// Static attitude from field and pseudo gravity at every sample; wrong while the car turns.
+        Triad = "triad",
+        /// Kalman filter on field and yaw rate with the suspension's springs as roll and pitch model.
+        EkfModel = "ekf_model",
+        /// Kalman filter on field and yaw rate alone; roll and pitch are random walks.
+        EkfNoModel = "ekf_nomodel",
+        /// Suspension and yaw rate alone, open loop; knows neither bank nor grade.
+        Model = "model",
+    }
+}
+
+choice! {
+    /// Where the forward specific force that pitches the body comes from.
+    pub enum PitchForce {
+        /// From the change of speed and the estimated pitch.
+        Derived = "derived",
+        /// From the forward accelerometer.
+        Sensor = "sensor",
+        /// Not at all.
+        None = "none",
+    }
+}
+
+params! {
+    /// Filter, reference field, noise and the detector of straight steady driving.
+    pub struct OrientationParams {
+        /// Which filter.
+        variant (""): choice Variant, from "Hwang & Choi 2016, integrated estimator";
+        /// Earth's field to the north at the place of the drive.
+        field_north ("H_n"): number = 30.11237, "uT", -80.0 ..= 80.0 Linear, from "WMM2015v2 at 2016.2, Daejeon";
+        /// Earth's field to the east.
+        field_east ("H_e"): number = -4.22703, "uT", -80.0 ..= 80.0 Linear, from "WMM2015v2 at 2016.2, Daejeon";
+        /// Earth's field downward.
+        field_down ("H_d"): number = 40.12585, "uT", -80.0 ..= 80.0 Linear, from "WMM2015v2 at 2016.2, Daejeon";
+        /// Error of each magnetometer axis; larger trusts the gyro and the springs more.
+        field_sigma ("s_mag"): number = 0.6, "uT", 0.1 ..= 10.0 Log, from "SPEC orientation 4";
+        /// Random walk of roll; larger follows the field more.
+        roll_walk ("s_phi"): number = 2.0_f64.to_radians(), "rad/sqrt(s)", 0.0034 ..= 1.75 Log, from "SPEC orientation 4 (2 deg/sqrt(s))";
+        /// Random walk of pitch; larger follows the field more.
+        pitch_walk ("s_theta"): number = 2.0_f64.to_radians(), "rad/sqrt(s)", 0.0034 ..= 1.75 Log, from "SPEC orientation 4 (2 deg/sqrt(s))";
+        /// Random walk of yaw; larger follows the field more.
+        yaw_walk ("s_psi"): number = 0.3_f64.to_radians(), "rad/sqrt(s)", 0.00017 ..= 0.088 Log, from "SPEC orientation 4 (0.3 deg/sqrt(s))";
+        /// Where the forward specific force that pitches the body comes from.
+        pitch_force (""): choice PitchForce, from "SPEC orientation 6";
+        /// Use the rates as the paper prints them, for comparison.
+        printed_rates (""): toggle = false, from "SPEC orientation 6";
+        /// Yaw rate below which driving may count as static.
+        static_yaw_rate ("r_in"): number = 0.020, "rad/s", 0.002 ..= 0.2 Log, from "SPEC orientation 4";
+        /// Yaw rate above which driving stops being static.
+        dynamic_yaw_rate ("r_out"): number = 0.035, "rad/s", 0.002 ..= 0.2 Log, from "SPEC orientation 4";
+        /// Speed times yaw rate below which driving may count as static.
+        static_lateral ("a_in"): number = 0.35, "m/s^2", 0.05 ..= 3.0 Log, from "SPEC orientation 4";
+        /// Speed times yaw rate above which driving stops being static.
+        dynamic_lateral ("a_out"): number = 0.70, "m/s^2", 0.05 ..= 3.0 Log, from "SPEC orientation 4";
+        /// Change of speed below which driving may count as static.
+        static_forward ("ax_in"): number = 0.5, "m/s^2", 0.1 ..= 5.0 Log, from "SPEC orientation 4";
+        /// Change of speed above which driving stops being static.
+        dynamic_forward ("ax_out"): number = 1.0, "m/s^2", 0.1 ..= 5.0 Log, from "SPEC orientation 4";
+        /// How long driving has to be calm before it counts as static.
+        static_dwell ("dwell"): number = 0.5, "s", 0.0 ..= 5.0 Linear, from "SPEC orientation 4";
+    }
+}

@@ -1,0 +1,81 @@
+//! What the slope estimator puts out.
+
+use drivescope_drive::record;
+
+record! {
+    /// Motion, effective forces, slope, road grade and body pitch at one instant.
+    pub struct SlopeEstimate {
+        /// Forward speed (first filter).
+        speed: "m/s", truth "vx";
+        /// 1-sigma of the forward speed.
+        speed_sigma: "m/s", sigma_of "speed";
+        /// Lateral speed at the centre of gravity, to the right positive.
+        lateral_speed: "m/s", truth "vy";
+        /// 1-sigma of the lateral speed.
+        lateral_speed_sigma: "m/s", sigma_of "lateral_speed";
+        /// Yaw rate.
+        yaw_rate: "rad/s", truth "gyro_z";
+        /// 1-sigma of the yaw rate.
+        yaw_rate_sigma: "rad/s", sigma_of "yaw_rate";
+        /// Effective longitudinal force of the front axle: drag, rolling resistance and rear braking are inside, so it is not the tyre force.
+        force_xf: "N";
+        /// 1-sigma of the effective longitudinal force.
+        force_xf_sigma: "N", sigma_of "force_xf";
+        /// Lateral force of the front axle.
+        force_yf: "N", truth "force_yf";
+        /// 1-sigma of the front lateral force.
+        force_yf_sigma: "N", sigma_of "force_yf";
+        /// Lateral force of the rear axle.
+        force_yr: "N", truth "force_yr";
+        /// 1-sigma of the rear lateral force.
+        force_yr_sigma: "N", sigma_of "force_yr";
+        /// Forward specific force from the estimated forces: the accelerometer without its noise.
+        accel_x_estimated: "m/s^2", truth "specific_force_x";
+        /// 1-sigma of the forward specific force.
+        accel_x_estimated_sigma: "m/s^2", sigma_of "accel_x_estimated";
+        /// Forward acceleration over ground: specific force less gravity along the slope.
+        accel_x_net: "m/s^2", truth "accel_net";
+        /// Slope of the body, uphill positive: road grade plus pitch of the body on its suspension.
+        slope: "rad", truth "pitch";
+        /// 1-sigma of the slope.
+        slope_sigma: "rad", sigma_of "slope";
+        /// Grade of the road, uphill positive.
+        grade: "rad", truth "grade";
+        /// 1-sigma of the road grade.
+        grade_sigma: "rad", sigma_of "grade";
+        /// Pitch of the body on its suspension, nose up positive.
+        body_pitch: "rad", truth "body_pitch";
+        /// 1-sigma of the body pitch.
+        body_pitch_sigma: "rad", sigma_of "body_pitch";
+        /// Rate of the body pitch.
+        body_pitch_rate: "rad/s";
+        /// 1-sigma of the body pitch rate.
+        body_pitch_rate_sigma: "rad/s", sigma_of "body_pitch_rate";
+        /// Bias of the forward accelerometer; without barometer or GNSS it cannot be told from a constant grade.
+        accel_bias: "m/s^2";
+        /// 1-sigma of the accelerometer bias.
+        accel_bias_sigma: "m/s^2", sigma_of "accel_bias";
+        /// Altitude in the barometer's datum; without a barometer, height above the start.
+        altitude: "m";
+        /// 1-sigma of the altitude.
+        altitude_sigma: "m", sigma_of "altitude";
+        /// Sideslip at the centre of gravity above 1 m/s.
+        sideslip: "rad", truth "sideslip";
+        /// Normalized innovation squared of the wheel speed, first filter.
+        wheel_nis: "1", nis 1;
+        /// Normalized innovation squared of the yaw gyro, after the wheel speed.
+        gyro_nis: "1", nis 1;
+        /// Normalized innovation squared of the forward accelerometer, after wheel speed and gyro.
+        accel_x_nis: "1", nis 1;
+        /// Normalized innovation squared of the lateral accelerometer, after wheel speed, gyro and forward accelerometer.
+        accel_y_nis: "1", nis 1;
+        /// Normalized innovation squared of the wheel speed, second filter.
+        ekf2_wheel_nis: "1", nis 1;
+        /// Normalized innovation squared of the wheel speed, grade filter.
+        grade_wheel_nis: "1", nis 1;
+        /// Normalized innovation squared of the barometric altitude.
+        baro_nis: "1", nis 1;
+        /// Normalized innovation squared of the GNSS vertical velocity.
+        gnss_nis: "1", nis 1;
+    }
+}

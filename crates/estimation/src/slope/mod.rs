@@ -1,0 +1,348 @@
+//! Vehicle motion, effective tyre forces, slope and road grade from signals that every car has.
+//!
+//! Three filters in cascade: motion and forces (`motion`), slope of the body (`pitch`), and road grade apart from body
+//! pitch (`grade`). Wheel speed, yaw rate, forward and lateral specific force and the steering angle go in; barometer and
+//! GNSS vertical velocity help the last filter where they exist.
+//! Source: Kim, Kim & Lee 2014, as corrected and extended by SPEC slope sections 2 to 7.
+//!
+//! One epoch: for each sub-step the first filter predicts (on the slope of the second one) and updates, the second filter
+//! predicts and updates with the first one's acceleration, the grade filter predicts; then the grade filter updates.
+//! Measurements belong to the last sub-step. Departure: without a steering angle the last one holds (the specification
+//! takes 0), since steering may come at its own rate. The rear-axle aid applies at inertial epochs.
+
+mod estimate;
+mod grade;
+mod motion;
+mod params;
+mod pitch;
+#[cfg(test)]
+mod tests;
+
+use drivescope_drive::drive::{Epoch, LogStart, Signal};
+use drivescope_drive::signals::Steering;
+use drivescope_drive::vehicle::VehicleParams;
+use nalgebra::{SMatrix, SVector};
+
+use self::grade::{Aid, GradeFilter};
+use self::motion::{Measured, MotionFilter, MotionNis, Steer};
+use self::pitch::PitchFilter;
+use crate::estimator::{Estimator, EstimatorError, Need, Notices};
+use crate::kalman::NotPositiveDefinite;
+
+pub use self::estimate::SlopeEstimate;
+pub use self::params::SlopeParams;
+
+/// Standard gravity, m/s^2.
+const GRAVITY: f64 = 9.80665;
+/// Longest step of the first two filters, s.
+const LONGEST_STEP: f64 = 0.0501;
+/// A longer hole in the log counts as this, s.
+const LONGEST_GAP: f64 = 1.0;
+/// Speed above which a sideslip angle means anything, m/s.
+const SIDESLIP_SPEED: f64 = 1.0;
+
+/// Beyond these a measurement is a fault: specific force m/s^2, yaw rate rad/s, wheel speed m/s, road-wheel angle rad.
+const LARGEST_ACCEL: f64 = 50.0;
+const LARGEST_YAW_RATE: f64 = 20.0;
+const LARGEST_WHEEL: f64 = 100.0;
+const LARGEST_STEER: f64 = 1.2;
+
+const OUT_OF_RANGE: &str = "a measurement beyond its sensor's range was left out";
+const RESTARTED: &str =
+    "the filters were restarted at the current wheel speed because a state or covariance had broken";
+const TIME_REFUSED: &str = "an epoch whose time did not advance was skipped";
+const GAP: &str = "a hole of more than 1 s was taken as 1 s";
+const BARO_REJECTED: &str = "a barometric altitude was rejected by its gate";
+const GNSS_REJECTED: &str = "a GNSS vertical velocity was rejected by its gate";
+
+/// Estimator of motion, forces, slope and road grade.
+#[derive(Clone, Debug)]
+pub struct Slope {
+    params: SlopeParams,
+    steering_ratio: f64,
+    motion: MotionFilter,
+    pitch: PitchFilter,
+    grade: GradeFilter,
+    /// Time of the last used epoch, s; `None` while the speed is unknown.
+    time: Option<f64>,
+    /// Last wheel speed, m/s; before it the speed that the start of the drive tells, NaN if none.
+    wheel: f64,
+    /// Road-wheel angle in force, rad.
+    steer: f64,
+    notices: Notices,
+}
+
+/// What one epoch measured, range-checked; NaN where there is nothing.
+struct Row {
+    wheel: f64,
+    yaw_rate: f64,
+    accel_x: f64,
+    accel_y: f64,
+    altitude: f64,
+    upward: f64,
+    has_imu: bool,
+}
+
+/// Normalized innovations squared of one epoch.
+struct Nis {
+    motion: MotionNis,
+    pitch_wheel: f64,
+    grade_wheel: f64,
+    altitude: f64,
+    upward: f64,
+}
+
+impl Nis {
+    const NONE: Self = Self {
+        motion: MotionNis { wheel: f64::NAN, yaw_rate: f64::NAN, accel_x: f64::NAN, accel_y: f64::NAN },
+        pitch_wheel: f64::NAN,
+        grade_wheel: f64::NAN,
+        altitude: f64::NAN,
+        upward: f64::NAN,
+    };
+}
+
+impl Estimator for Slope {
+    const NAME: &'static str = "slope";
+    const TITLE: &'static str = "Slope, grade and forces";
+    const DOC: &'static str = "Motion, effective tyre forces, slope of the body and grade of the road from wheel speed, yaw \
+        rate and accelerations, by a cascade of Kalman filters after Kim, Kim & Lee 2014; the last one tells the grade of \
+        the road from the pitch of the body.";
+    const NEEDS: &'static [Need] = &[
+        Need { signal: Signal::ForwardSpeed, required: true, why: "nothing else fixes the speed" },
+        Need { signal: Signal::AccelX, required: true, why: "slope is specific force less change of speed" },
+        Need { signal: Signal::GyroZ, required: false, why: "without it turns bias the slope" },
+        Need {
+            signal: Signal::AccelY,
+            required: false,
+            why: "without it lateral forces are unknown and turns bias the slope",
+        },
+        Need {
+            signal: Signal::Steer,
+            required: false,
+            why: "without it the wheels count as straight and turns bias the slope",
+        },
+        Need {
+            signal: Signal::BaroAltitude,
+            required: false,
+            why: "tells a long grade from a bias of the accelerometer",
+        },
+        Need {
+            signal: Signal::GnssVerticalVelocity,
+            required: false,
+            why: "tells a long grade from a bias of the accelerometer",
+        },
+    ];
+    const VEHICLE: &'static str = "kim_2014";
+    type Params = SlopeParams;
+    type Estimate = SlopeEstimate;
+
+    fn new(params: &SlopeParams, vehicle: &VehicleParams, start: &LogStart) -> Self {
+        Self {
+            params: params.clone(),
+            steering_ratio: vehicle.steering_ratio,
+            motion: MotionFilter::new(params, vehicle, 0.0),
+            pitch: PitchFilter::new(params, 0.0),
+            grade: GradeFilter::new(params, 0.0),
+            time: None,
+            wheel: if start.speed.abs() <= LARGEST_WHEEL { start.speed } else { f64::NAN },
+            steer: 0.0,
+            notices: Notices::default(),
+        }
+    }
+
+    fn step(&mut self, epoch: &Epoch) -> Result<Option<SlopeEstimate>, EstimatorError> {
+        let t = epoch.time;
+        if let Some(steering) = &epoch.steering {
+            self.hold_steering(steering, t);
+        }
+        let Some(row) = self.row(epoch) else { return Ok(None) };
+        if row.wheel.is_finite() {
+            self.wheel = row.wheel;
+        }
+        let Some(previous) = self.time else {
+            if !(self.wheel.is_finite() && t.is_finite()) {
+                return Ok(None);
+            }
+            self.time = Some(t);
+            self.restart();
+            return Ok(Some(self.estimate(&Nis::NONE)));
+        };
+        let dt = t - previous;
+        if !(dt > 0.0 && dt < f64::INFINITY) {
+            self.notices.add(TIME_REFUSED, t);
+            return Ok(None);
+        }
+        self.time = Some(t);
+        if dt > LONGEST_GAP {
+            self.notices.add(GAP, t);
+        }
+        let nis = match self.advance(&row, dt.min(LONGEST_GAP)) {
+            Ok(nis) if self.motion.is_sound() && self.pitch.is_sound() && self.grade.is_sound() => nis,
+            _ => {
+                self.notices.add(RESTARTED, t);
+                self.restart();
+                Nis::NONE
+            }
+        };
+        Ok(Some(self.estimate(&nis)))
+    }
+
+    fn notices(&self) -> &Notices {
+        &self.notices
+    }
+}
+
+impl Slope {
+    fn hold_steering(&mut self, steering: &Steering, time: f64) {
+        let angle =
+            if steering.steer.is_finite() { steering.steer } else { steering.steering_wheel / self.steering_ratio };
+        if angle.abs() <= LARGEST_STEER {
+            self.steer = angle;
+        } else if angle.is_finite() {
+            self.notices.add(OUT_OF_RANGE, time);
+        }
+    }
+
+    /// The epoch's measurements; `None` if it holds no sensor that is used.
+    fn row(&mut self, epoch: &Epoch) -> Option<Row> {
+        let altitude = epoch.baro.filter(|_| self.params.use_baro).map_or(f64::NAN, |b| b.altitude);
+        let fix = epoch.gnss.filter(|g| self.params.use_gnss && g.is_usable());
+        let upward = fix.map_or(f64::NAN, |g| -g.v_down);
+        if epoch.imu.is_none() && epoch.wheels.is_none() && !altitude.is_finite() && !upward.is_finite() {
+            return None;
+        }
+        let imu = epoch.imu.unwrap_or_default();
+        let wheel = epoch.wheels.map_or(f64::NAN, |w| w.forward_speed());
+        let mut screen = |value: f64, largest: f64| {
+            if value.abs() <= largest {
+                return value;
+            }
+            if !value.is_nan() {
+                self.notices.add(OUT_OF_RANGE, epoch.time);
+            }
+            f64::NAN
+        };
+        Some(Row {
+            wheel: screen(wheel, LARGEST_WHEEL),
+            yaw_rate: screen(imu.gyro_z, LARGEST_YAW_RATE),
+            accel_x: screen(imu.accel_x, LARGEST_ACCEL),
+            accel_y: screen(imu.accel_y, LARGEST_ACCEL),
+            altitude,
+            upward,
+            has_imu: epoch.imu.is_some(),
+        })
+    }
+
+    fn restart(&mut self) {
+        self.motion.restart(self.wheel);
+        self.pitch.restart(self.wheel);
+        self.grade.restart(self.wheel);
+    }
+
+    /// Error of a wheel speed: from `low_speed` down to standstill it rises to `low_speed_gain` times `sigma`.
+    fn wheel_sigma(&self, sigma: f64, wheel: f64) -> f64 {
+        let shortfall = (1.0 - wheel.abs() / self.params.low_speed).max(0.0);
+        sigma * (1.0 + (self.params.low_speed_gain - 1.0) * shortfall)
+    }
+
+    /// Carry all filters over `dt` and fold in the row at its end.
+    fn advance(&mut self, row: &Row, dt: f64) -> Result<Nis, NotPositiveDefinite> {
+        let steps = (dt / LONGEST_STEP).ceil().max(1.0) as usize;
+        let h = dt / steps as f64;
+        let steer = Steer::new(self.steer);
+        let mut nis = Nis::NONE;
+        for step in 1..=steps {
+            let sin_slope = if self.params.slope_feedback { self.pitch.x[pitch::SLOPE].sin() } else { 0.0 };
+            self.motion.predict(h, steer, sin_slope);
+            if step == steps {
+                nis.motion = self.motion.update(&self.measured(row), steer)?;
+            }
+            let specific_force = self.motion.specific_force(steer).0;
+            let forward = self.motion.x[motion::YAW_RATE] * self.motion.x[motion::LATERAL_SPEED] + specific_force;
+            self.pitch.predict(h, forward);
+            if step == steps {
+                let sigma = self.wheel_sigma(self.params.slope_wheel_sigma, row.wheel);
+                nis.pitch_wheel = self.pitch.update(row.wheel, sigma)?;
+            }
+            self.grade.predict(h, forward, specific_force);
+        }
+        let sigma = self.wheel_sigma(self.params.grade_wheel_sigma, row.wheel);
+        nis.grade_wheel = self.grade.update_wheel(row.wheel, sigma)?;
+        let altitude = self.grade.update_altitude(row.altitude)?;
+        nis.altitude = self.report(altitude, BARO_REJECTED);
+        let upward = self.grade.update_climb(row.upward)?;
+        nis.upward = self.report(upward, GNSS_REJECTED);
+        Ok(nis)
+    }
+
+    fn measured(&self, row: &Row) -> Measured {
+        Measured {
+            wheel: row.wheel,
+            wheel_sigma: self.wheel_sigma(self.params.wheel_sigma, row.wheel),
+            yaw_rate: row.yaw_rate,
+            accel_x: row.accel_x,
+            accel_y: row.accel_y,
+            rear_axle: self.params.rear_axle_aid && row.has_imu,
+        }
+    }
+
+    fn report(&mut self, aid: Aid, rejected: &'static str) -> f64 {
+        if aid.is_rejected {
+            self.notices.add(rejected, self.time.unwrap_or(f64::NAN));
+        }
+        aid.nis
+    }
+
+    fn estimate(&self, nis: &Nis) -> SlopeEstimate {
+        let (m, g) = (&self.motion, &self.grade);
+        let sigma_m = |i: usize| m.p[(i, i)].sqrt();
+        let sigma_g = |i: usize| g.p[(i, i)].sqrt();
+        let (speed, lateral) = (m.x[motion::SPEED], m.x[motion::LATERAL_SPEED]);
+        let slope = self.pitch.x[pitch::SLOPE];
+        let (accel_x, accel_x_sigma) = m.specific_force(Steer::new(self.steer));
+        SlopeEstimate {
+            speed,
+            speed_sigma: sigma_m(motion::SPEED),
+            lateral_speed: lateral,
+            lateral_speed_sigma: sigma_m(motion::LATERAL_SPEED),
+            yaw_rate: m.x[motion::YAW_RATE],
+            yaw_rate_sigma: sigma_m(motion::YAW_RATE),
+            force_xf: m.x[motion::FORCE_XF],
+            force_xf_sigma: sigma_m(motion::FORCE_XF),
+            force_yf: m.x[motion::FORCE_YF],
+            force_yf_sigma: sigma_m(motion::FORCE_YF),
+            force_yr: m.x[motion::FORCE_YR],
+            force_yr_sigma: sigma_m(motion::FORCE_YR),
+            accel_x_estimated: accel_x,
+            accel_x_estimated_sigma: accel_x_sigma,
+            accel_x_net: accel_x - GRAVITY * slope.sin(), // (5)
+            slope,
+            slope_sigma: self.pitch.p[(pitch::SLOPE, pitch::SLOPE)].sqrt(),
+            grade: g.x[grade::GRADE],
+            grade_sigma: sigma_g(grade::GRADE),
+            body_pitch: g.x[grade::BODY_PITCH],
+            body_pitch_sigma: sigma_g(grade::BODY_PITCH),
+            body_pitch_rate: g.x[grade::BODY_PITCH_RATE],
+            body_pitch_rate_sigma: sigma_g(grade::BODY_PITCH_RATE),
+            accel_bias: g.x[grade::ACCEL_BIAS],
+            accel_bias_sigma: sigma_g(grade::ACCEL_BIAS),
+            altitude: g.x[grade::ALTITUDE],
+            altitude_sigma: sigma_g(grade::ALTITUDE),
+            sideslip: if speed > SIDESLIP_SPEED { lateral.atan2(speed) } else { f64::NAN },
+            wheel_nis: nis.motion.wheel,
+            gyro_nis: nis.motion.yaw_rate,
+            accel_x_nis: nis.motion.accel_x,
+            accel_y_nis: nis.motion.accel_y,
+            ekf2_wheel_nis: nis.pitch_wheel,
+            grade_wheel_nis: nis.grade_wheel,
+            baro_nis: nis.altitude,
+            gnss_nis: nis.upward,
+        }
+    }
+}
+
+/// Whether a state is finite and its covariance has a diagonal that can be one.
+fn is_sound<const N: usize>(x: &SVector<f64, N>, p: &SMatrix<f64, N, N>) -> bool {
+    x.iter().all(|v| v.is_finite()) && p.iter().all(|v| v.is_finite()) && (0..N).all(|i| p[(i, i)] >= 0.0)
+}

@@ -1,0 +1,288 @@
+//! From a table and a mapping to a drive.
+
+use drivescope_drive::channel::{Channel, OutOfOrder, Record, Series};
+use drivescope_drive::csv::file_unit;
+use drivescope_drive::drive::Drive;
+use serde::Serialize;
+
+use crate::clock;
+use crate::error::ImportError;
+use crate::mapping::{Mapping, SignalSource};
+use crate::names::{CHANNELS, signal};
+use crate::table::{Table, Warning};
+
+/// What became of a table under a mapping.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct MapReport {
+    /// Every signal that was read.
+    pub used: Vec<UsedColumn>,
+    /// Every channel that has samples.
+    pub channels: Vec<ChannelReport>,
+    /// Rows left out, times met twice, gaps.
+    pub warnings: Vec<Warning>,
+}
+
+/// A signal and where it came from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct UsedColumn {
+    /// Canonical name.
+    pub signal: String,
+    /// Raw column.
+    pub column: String,
+    /// Unit of the raw values.
+    pub unit: String,
+    /// SI unit of the signal.
+    pub si: &'static str,
+    /// What the raw values were multiplied by.
+    pub factor: f64,
+    /// What was added then, SI.
+    pub offset: f64,
+    /// Number of rows with a value.
+    pub values: usize,
+}
+
+/// A channel of the drive.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ChannelReport {
+    /// Name.
+    pub name: &'static str,
+    /// Number of samples.
+    pub samples: usize,
+    /// One over the median step, Hz.
+    pub rate: f64,
+    /// Time from first to last, s.
+    pub duration: f64,
+    /// Longest time between two samples, s.
+    pub largest_gap: f64,
+    /// Number of steps longer than ten median ones.
+    pub gaps: usize,
+}
+
+/// Columns and factor of one channel's signals, in the order of the channel's schema.
+struct Parts<'a> {
+    name: &'static str,
+    sources: Vec<Option<(&'a str, &'a SignalSource, f64)>>,
+}
+
+/// Build the drive that a mapping makes of a table. Columns are moved, not copied, where every row has a sample.
+///
+/// A sensor has a sample in a row where at least one of its signals has a value (`gnss_valid` alone is none). A row
+/// with the time of the row before it adds the sensors that are new in it; a second sample of a sensor at the same
+/// time is left out and counted.
+///
+/// # Errors
+/// Those of [`Mapping::validate`] and [`Mapping::check_columns`], [`ImportError::TimeBackwards`],
+/// [`ImportError::TooFewTimes`], and [`ImportError::NoSignals`] if no signal is mapped.
+pub fn apply(mut table: Table, mapping: &Mapping, name: &str) -> Result<(Drive, MapReport), ImportError> {
+    mapping.validate(&table.name)?;
+    mapping.check_columns(&table)?;
+    if mapping.signals.is_empty() {
+        let (place, found) = (table.header_place(), table.columns_found());
+        return Err(ImportError::NoSignals { file: table.name, place, found });
+    }
+    let times = clock::times(&table, &mapping.time)?;
+    let mut report = MapReport::default();
+    let timeless = times.iter().filter(|t| t.is_nan()).count();
+    if timeless > 0 {
+        let row = times.iter().position(|t| t.is_nan()).map(|r| table.line_of(r));
+        report.warn(format!("{timeless} rows without a time were left out."), None, row, timeless);
+    }
+    let mut shared = Shared::of(mapping);
+    let mut drive = Drive { name: name.to_owned(), ..Drive::default() };
+    let mut load = Loader { table: &mut table, times: &times, mapping, shared: &mut shared, report: &mut report };
+    drive.imu = load.channel(0)?;
+    drive.mag = load.channel(1)?;
+    drive.wheels = load.channel(2)?;
+    drive.steering = load.channel(3)?;
+    drive.gnss = load.channel(4)?;
+    drive.baro = load.channel(5)?;
+    drive.accel_array = load.channel(6)?;
+    drive.range = load.channel(7)?;
+    drive.truth = load.truth()?;
+    Ok((drive, report))
+}
+
+impl MapReport {
+    fn warn(&mut self, message: String, column: Option<String>, row: Option<usize>, count: usize) {
+        self.warnings.push(Warning { message, column, row, count });
+    }
+}
+
+/// How often each raw column is still needed: the last use takes its values.
+struct Shared<'a>(std::collections::HashMap<&'a str, usize>);
+
+impl<'a> Shared<'a> {
+    fn of(mapping: &'a Mapping) -> Self {
+        let mut uses = std::collections::HashMap::new();
+        mapping.signals.values().for_each(|s| *uses.entry(s.column.as_str()).or_insert(0) += 1);
+        Self(uses)
+    }
+}
+
+/// A sample that repeats is still taken when the one before is this old, s: a car that stands has fixes too.
+const HOLD: f64 = 1.5;
+
+/// Whether two rows hold the same values, blanks included.
+fn same_row(columns: &[&[f64]], a: usize, b: usize) -> bool {
+    columns.iter().all(|c| c[a] == c[b] || (c[a].is_nan() && c[b].is_nan()))
+}
+
+struct Loader<'a, 'm> {
+    table: &'a mut Table,
+    times: &'a [f64],
+    mapping: &'m Mapping,
+    shared: &'a mut Shared<'m>,
+    report: &'a mut MapReport,
+}
+
+impl<'m> Loader<'_, 'm> {
+    fn channel<R: Record>(&mut self, index: usize) -> Result<Channel<R>, ImportError> {
+        let name = CHANNELS[index].0;
+        let Some((time, columns)) = self.columns(name, R::COLUMNS.iter().map(|c| c.name.to_owned()))? else {
+            return Ok(Channel::default());
+        };
+        let channel = Channel::from_columns(time, columns).map_err(|e| self.out_of_order(e))?;
+        self.describe(name, channel.series());
+        Ok(channel)
+    }
+
+    /// The truth, over the columns that the mapping has.
+    fn truth(&mut self) -> Result<Series, ImportError> {
+        let names: Vec<&str> =
+            self.mapping.signals.keys().map(String::as_str).filter(|n| n.starts_with("truth_")).collect();
+        let schema: Vec<_> = names.iter().filter_map(|n| signal(n).copied()).collect();
+        let Some((time, columns)) = self.columns("truth", names.iter().map(|n| (*n).to_owned()))? else {
+            return Ok(Series::default());
+        };
+        let series = Series::from_columns(&schema, time, columns).map_err(|e| self.out_of_order(e))?;
+        self.describe("truth", &series);
+        Ok(series)
+    }
+
+    fn out_of_order(&self, error: OutOfOrder) -> ImportError {
+        ImportError::TimeBackwards {
+            file: self.table.name.clone(),
+            row: 0,
+            column: self.mapping.time.column.clone(),
+            found: error.time,
+            previous: error.previous,
+            previous_row: 0,
+        }
+    }
+
+    /// Time and SI columns of one channel; `None` if it has no sample.
+    #[allow(clippy::type_complexity, reason = "time and columns, used in two places")]
+    fn columns(
+        &mut self,
+        channel: &'static str,
+        names: impl Iterator<Item = String>,
+    ) -> Result<Option<(Vec<f64>, Vec<Vec<f64>>)>, ImportError> {
+        let mut parts = Parts { name: channel, sources: Vec::new() };
+        for name in names {
+            let source = self.mapping.signals.get_key_value(&name);
+            let source =
+                source.map(|(name, s)| Ok((name.as_str(), s, s.factor(name, &self.table.name)?))).transpose()?;
+            parts.sources.push(source);
+        }
+        if parts.sources.iter().all(Option::is_none) {
+            return Ok(None);
+        }
+        let rows = self.rows_of(&parts);
+        let all = rows.len() == self.table.rows;
+        let mut columns: Vec<Vec<f64>> = Vec::with_capacity(parts.sources.len());
+        for source in &parts.sources {
+            columns.push(match source {
+                None => vec![f64::NAN; rows.len()],
+                Some((name, source, factor)) => self.take(name, source, *factor, &rows, all),
+            });
+        }
+        if rows.is_empty() {
+            return Ok(None);
+        }
+        let time = if all { self.times.to_vec() } else { rows.iter().map(|&r| self.times[r as usize]).collect() };
+        Ok(Some((time, columns)))
+    }
+
+    /// The rows that hold a sample: a time after the sample before, and a value of a signal other than `gnss_valid`.
+    fn rows_of(&mut self, parts: &Parts) -> Vec<u32> {
+        let telling = parts.sources.iter().flatten().filter(|(name, ..)| *name != "gnss_valid");
+        let columns: Vec<&[f64]> =
+            telling.filter_map(|(_, s, _)| self.table.column(&s.column)).map(|c| c.values.as_slice()).collect();
+        let mut rows = Vec::with_capacity(if columns.is_empty() { 0 } else { self.table.rows });
+        let (mut previous, mut repeated, mut first_repeated) = (f64::NEG_INFINITY, 0, None);
+        let holds = self.mapping.drop_repeats.iter().any(|d| d == parts.name);
+        for (row, &time) in self.times.iter().enumerate() {
+            if time.is_nan() || !columns.iter().any(|c| c[row].is_finite()) {
+                continue;
+            }
+            if holds
+                && time < previous + HOLD
+                && rows.last().is_some_and(|&kept| same_row(&columns, kept as usize, row))
+            {
+                continue;
+            }
+            if time > previous {
+                rows.push(row as u32);
+                previous = time;
+            } else {
+                repeated += 1;
+                first_repeated.get_or_insert(row);
+            }
+        }
+        if let Some(row) = first_repeated {
+            let line = self.table.line_of(row);
+            let text = format!(
+                "{}: {repeated} samples with the time of the one before were left out, first in row {line}.",
+                parts.name
+            );
+            self.report.warn(text, None, Some(line), repeated);
+        }
+        rows
+    }
+
+    /// The SI values of a signal in these rows.
+    fn take(&mut self, name: &str, source: &'m SignalSource, unit_factor: f64, rows: &[u32], all: bool) -> Vec<f64> {
+        let (factor, offset) = (unit_factor * source.scale, source.offset);
+        let uses = self.shared.0.entry(source.column.as_str()).or_insert(1);
+        *uses -= 1;
+        let last_use = *uses == 0 && source.column != self.mapping.time.column;
+        let Some(column) = self.table.columns.iter_mut().find(|c| c.name == source.column) else {
+            return vec![f64::NAN; rows.len()];
+        };
+        let raw = if last_use { std::mem::take(&mut column.values) } else { column.values.clone() };
+        let mut values = if all { raw } else { rows.iter().map(|&r| raw[r as usize]).collect() };
+        if factor != 1.0 || offset != 0.0 {
+            values.iter_mut().for_each(|v| *v = *v * factor + offset);
+        }
+        let si = signal(name).map_or("1", |c| c.unit);
+        self.report.used.push(UsedColumn {
+            signal: name.to_owned(),
+            column: source.column.clone(),
+            unit: source.unit.clone().unwrap_or_else(|| file_unit(name, si).to_owned()),
+            si,
+            factor,
+            offset,
+            values: values.iter().filter(|v| v.is_finite()).count(),
+        });
+        values
+    }
+
+    /// Rate and gaps of a channel.
+    fn describe(&mut self, name: &'static str, series: &Series) {
+        let time = series.time();
+        let step = clock::median_step(time);
+        let steps = || time.windows(2).map(|w| w[1] - w[0]);
+        let limit = 10.0 * step;
+        let (gaps, largest_gap) = (steps().filter(|s| *s > limit).count(), steps().fold(0.0, f64::max));
+        let duration = time.last().unwrap_or(&0.0) - time.first().unwrap_or(&0.0);
+        if gaps > 0 {
+            let at = time.windows(2).find(|w| w[1] - w[0] == largest_gap).map_or(0.0, |w| w[0]);
+            let text = format!(
+                "{name}: {gaps} gaps of more than ten steps of {step:.4} s; the longest is {largest_gap:.3} s, after {at:.3} s."
+            );
+            self.report.warn(text, None, None, gaps);
+        }
+        let rate = if step > 0.0 { 1.0 / step } else { f64::NAN };
+        self.report.channels.push(ChannelReport { name, samples: series.len(), rate, duration, largest_gap, gaps });
+    }
+}

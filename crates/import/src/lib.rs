@@ -1,0 +1,52 @@
+//! The way from bytes to a drive: reading tables, mapping their columns to signals, checking that against physics.
+//!
+//! ```text
+//! bytes --CsvReader--> Table --propose--> Proposal (Mapping, reasons, notes) --apply--> Drive
+//! ```
+//!
+//! A file is read in slices and only its columns of numbers are kept. What a column means is proposed from its name, its
+//! unit and physics; every guess is a note in words. What is wrong with a file is one sentence ([`ImportError`]).
+//!
+//! # Example
+//!
+//! ```
+//! use drivescope_import::{IoSource, open_csv};
+//! let text = "time [ms],ax [g],yaw_rate [deg/s],speed_kmh\n0,0.1,2,36\n10,0.1,2,36\n";
+//! let (drive, report) = open_csv(&mut IoSource::new(text.as_bytes(), None), "log.csv", None)?;
+//! assert!((drive.imu.at(1).1.accel_x - 0.980665).abs() < 1e-12);
+//! assert!((drive.wheels.at(0).1.speed - 10.0).abs() < 1e-12);
+//! assert_eq!(report.channels[0].rate, 100.0);
+//! # Ok::<(), drivescope_import::ImportError>(())
+//! ```
+
+mod apply;
+mod cell;
+mod clock;
+mod column;
+mod csv;
+mod dialect;
+mod error;
+mod evidence;
+mod magic;
+mod mapping;
+mod names;
+mod number;
+mod physics;
+mod place;
+mod propose;
+mod report;
+mod source;
+mod stamp;
+mod table;
+mod units;
+
+pub use apply::{ChannelReport, MapReport, UsedColumn, apply};
+pub use csv::{CsvReader, read_csv};
+pub use error::{ImportError, MAX_ROW_BYTES, MAX_TABLE_COLUMNS};
+pub use mapping::{MAPPING_VERSION, Mapping, SignalSource, TimeFraction, TimeSource};
+pub use names::signal;
+pub use propose::{Confidence, Entry, Proposal, Unused, propose};
+pub use report::{Missing, OpenReport, UsedSignal, open_csv, open_table};
+pub use source::{ByteSource, IoSource, ReadError};
+pub use table::{Layout, RawColumn, Table, TextColumn, TimeEpoch, Warning};
+pub use units::factor;

@@ -1,0 +1,264 @@
+//! A mapping: which raw column is which physical signal. Data, saved and shared as JSON.
+
+use std::collections::BTreeMap;
+
+use drivescope_drive::csv::file_unit;
+use serde::{Deserialize, Serialize};
+
+use crate::error::{ImportError, name_list};
+use crate::names::{CHANNELS, signal};
+use crate::table::Table;
+use crate::units;
+
+/// The version of mappings that this library writes and reads.
+pub const MAPPING_VERSION: u32 = 1;
+
+/// Which raw column is which physical signal, and how its values become SI values.
+///
+/// ```
+/// let text = r#"{"version": 1, "time": {"column": "ms", "unit": "ms"},
+///     "signals": {"accel_x": {"column": "ax", "unit": "g"}, "gyro_z": {"column": "r", "unit": "deg/s", "scale": -1}}}"#;
+/// let mapping = drivescope_import::Mapping::from_json(text, "mapping.json")?;
+/// assert_eq!(mapping.signals["gyro_z"].scale, -1.0);
+/// # Ok::<(), drivescope_import::ImportError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mapping {
+    /// [`MAPPING_VERSION`].
+    pub version: u32,
+    /// Where time comes from.
+    pub time: TimeSource,
+    /// Where each signal comes from, by canonical name.
+    pub signals: BTreeMap<String, SignalSource>,
+    /// Channels (`gnss`, `baro`, ..) whose samples repeat in the file until a new one comes: repeats are left out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub drop_repeats: Vec<String>,
+}
+
+/// Where time comes from: `offset + column in s + fraction in s`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TimeSource {
+    /// Raw column.
+    pub column: String,
+    /// Its unit; date and time are in `s`.
+    #[serde(default = "second")]
+    pub unit: String,
+    /// Added, s.
+    #[serde(default)]
+    pub offset: f64,
+    /// A second column to add, as some loggers split seconds and nanoseconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fraction: Option<TimeFraction>,
+}
+
+/// The part of a second, where a file keeps it in a column of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TimeFraction {
+    /// Raw column.
+    pub column: String,
+    /// Its unit.
+    pub unit: String,
+}
+
+/// Where a signal comes from: `scale * (raw value in SI) + offset`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SignalSource {
+    /// Raw column.
+    pub column: String,
+    /// Unit of the raw values; absent for the canonical one (SI, degrees for latitude and longitude).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// Pure factor: -1 turns an axis round.
+    #[serde(default = "one", skip_serializing_if = "is_one")]
+    pub scale: f64,
+    /// Added after the scale, SI.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub offset: f64,
+}
+
+fn second() -> String {
+    "s".into()
+}
+fn one() -> f64 {
+    1.0
+}
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
+}
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+impl SignalSource {
+    /// The column as it is, in the canonical unit.
+    pub fn plain(column: &str) -> Self {
+        Self { column: column.to_owned(), unit: None, scale: 1.0, offset: 0.0 }
+    }
+}
+
+impl Mapping {
+    /// Read a mapping from JSON; `file` names it in errors.
+    ///
+    /// # Errors
+    /// [`ImportError::MappingForm`], [`ImportError::MappingVersion`], and those of [`Mapping::validate`].
+    pub fn from_json(text: &str, file: &str) -> Result<Self, ImportError> {
+        let form = |e: serde_json::Error| ImportError::MappingForm { file: file.to_owned(), found: e.to_string() };
+        let value: serde_json::Value = serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(form)?;
+        let version = value.get("version").and_then(serde_json::Value::as_u64);
+        if let Some(found) = version.map(|v| u32::try_from(v).unwrap_or(u32::MAX)).filter(|v| *v != MAPPING_VERSION) {
+            return Err(ImportError::MappingVersion { file: file.to_owned(), expected: MAPPING_VERSION, found });
+        }
+        // From the text again: its errors name line and column.
+        let mapping: Self = serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(form)?;
+        mapping.validate(file)?;
+        Ok(mapping)
+    }
+
+    /// The mapping as JSON, for saving.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_default()
+    }
+
+    /// Check names, units and factors without a table; `file` names the mapping in errors.
+    ///
+    /// # Errors
+    /// [`ImportError::UnknownSignal`], [`ImportError::UnknownUnit`], [`ImportError::BadFactor`].
+    pub fn validate(&self, file: &str) -> Result<(), ImportError> {
+        self.time.factors(file)?;
+        let bad = |signal: &str, field, found| ImportError::BadFactor {
+            file: file.into(),
+            signal: signal.into(),
+            field,
+            found,
+        };
+        if !self.time.offset.is_finite() {
+            return Err(bad("time", "offset", self.time.offset));
+        }
+        if let Some(found) = self.drop_repeats.iter().find(|d| !CHANNELS.iter().any(|(name, _)| name == d)) {
+            let suggestion =
+                "`drop_repeats` takes channels: imu, mag, wheels, steering, gnss, baro, accel_array, range".into();
+            return Err(ImportError::UnknownSignal { file: file.into(), found: found.clone(), suggestion });
+        }
+        for (name, source) in &self.signals {
+            source.factor(name, file)?;
+            if !source.scale.is_finite() || source.scale == 0.0 {
+                return Err(bad(name, "scale", source.scale));
+            }
+            if !source.offset.is_finite() {
+                return Err(bad(name, "offset", source.offset));
+            }
+        }
+        Ok(())
+    }
+
+    /// Check that a table has every column that the mapping names.
+    ///
+    /// # Errors
+    /// [`ImportError::UnknownColumn`], [`ImportError::TextColumn`].
+    pub fn check_columns(&self, table: &Table) -> Result<(), ImportError> {
+        let fraction = self.time.fraction.iter().map(|f| ("time", &f.column));
+        let signals = self.signals.iter().map(|(name, source)| (name.as_str(), &source.column));
+        for (signal, column) in std::iter::once(("time", &self.time.column)).chain(fraction).chain(signals) {
+            if table.column(column).is_some() {
+                continue;
+            }
+            let (file, signal, column) = (table.name.clone(), format!("`{signal}`"), column.clone());
+            return Err(match table.text_columns.iter().find(|t| t.name == column) {
+                Some(text) => ImportError::TextColumn { file, signal, column, found: text.example.clone() },
+                None => ImportError::UnknownColumn { file, signal, column, found: table.columns_found() },
+            });
+        }
+        Ok(())
+    }
+}
+
+impl TimeSource {
+    /// Factors to seconds of the column and of its fraction.
+    pub(crate) fn factors(&self, file: &str) -> Result<(f64, f64), ImportError> {
+        let factor = |unit: &str| units::factor(unit, "s").ok_or_else(|| unknown_unit(file, "`time`", "s", unit));
+        Ok((factor(&self.unit)?, self.fraction.as_ref().map_or(Ok(0.0), |f| factor(&f.unit))?))
+    }
+}
+
+impl SignalSource {
+    /// Factor from raw values to the SI values of `signal`, without `scale`.
+    pub(crate) fn factor(&self, name: &str, file: &str) -> Result<f64, ImportError> {
+        let Some(column) = signal(name) else {
+            let suggestion = match crate::names::matches(name).first() {
+                Some(m) => format!("use `{}`", m.signal),
+                None => "see the list of signals".into(),
+            };
+            return Err(ImportError::UnknownSignal { file: file.to_owned(), found: name.to_owned(), suggestion });
+        };
+        let unit = self.unit.as_deref().unwrap_or(file_unit(name, column.unit));
+        units::factor(unit, column.unit).ok_or_else(|| unknown_unit(file, &format!("`{name}`"), column.unit, unit))
+    }
+}
+
+fn unknown_unit(file: &str, signal: &str, expected: &str, found: &str) -> ImportError {
+    let (file, signal, expected) = (file.to_owned(), signal.to_owned(), expected.to_owned());
+    let suggestion = format!("use one of {}", units::spellings(&expected));
+    ImportError::UnknownUnit { file, signal, expected, found: found.to_owned(), suggestion }
+}
+
+/// The sentence that a file has no time column.
+pub(crate) fn no_time(table: &Table) -> ImportError {
+    let names = table.columns.iter().map(|c| c.name.as_str());
+    let texts = table.text_columns.iter().map(|c| c.name.as_str());
+    let all: Vec<&str> = names.chain(texts).collect();
+    ImportError::NoTime { file: table.name.clone(), place: table.header_place(), found: name_list(all.into_iter()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(text: &str) -> String {
+        Mapping::from_json(text, "m.json").unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_mapping_survives_json() {
+        let mut mapping = Mapping {
+            version: MAPPING_VERSION,
+            time: TimeSource { column: "t".into(), unit: "ms".into(), offset: 0.5, fraction: None },
+            signals: BTreeMap::new(),
+            drop_repeats: vec!["gnss".into()],
+        };
+        let source = SignalSource { column: "ax".into(), unit: Some("g".into()), scale: -1.0, offset: 0.25 };
+        mapping.signals.insert("accel_x".into(), source);
+        mapping.signals.insert("gnss_lat".into(), SignalSource::plain("Lat"));
+        assert_eq!(Mapping::from_json(&mapping.to_json(), "m.json").unwrap(), mapping);
+    }
+
+    #[test]
+    fn a_wrong_mapping_is_refused_with_the_place() {
+        let message =
+            error(r#"{"version": 1, "time": {"column": "t"}, "signals": {"accel_x": {"column": "a", "uint": "g"}}}"#);
+        assert!(message.contains("unknown field `uint`") && message.contains("line 1"), "{message}");
+        assert_eq!(
+            error(r#"{"version": 2, "time": {}}"#),
+            "m.json: expected a mapping of version 1, found version 2; save the mapping again with this version."
+        );
+        assert_eq!(
+            error(r#"{"version": 1, "time": {"column": "t"}, "signals": {"acc_x": {"column": "a"}}}"#),
+            "m.json: expected the canonical name of a signal in the mapping, found `acc_x`; use `accel_x`."
+        );
+        assert_eq!(
+            error(r#"{"version": 1, "time": {"column": "t"}, "signals": {"gyro_x": {"column": "a", "unit": "m"}}}"#),
+            "m.json: expected a unit of `gyro_x` that converts to rad/s, found `m`; use one of rad/s, deg/s, mrad/s, mdeg/s, deg/h."
+        );
+        assert!(
+            error(r#"{"version": 1, "time": {"column": "t"}, "signals": {"speed": {"column": "a", "scale": 0}}}"#)
+                .contains("scale")
+        );
+        assert!(error("").contains("EOF"));
+        assert!(error(r#"{"version": 1, "signals": {}}"#).contains("missing field `time`"));
+    }
+}

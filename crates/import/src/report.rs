@@ -1,0 +1,196 @@
+//! What was found in a file, in a form that the page and the command line show.
+
+use drivescope_drive::csv::file_unit;
+use drivescope_drive::drive::{Drive, Signal};
+use serde::Serialize;
+
+use crate::apply::{ChannelReport, MapReport, apply};
+use crate::clock::epoch_text;
+use crate::csv::read_csv;
+use crate::error::ImportError;
+use crate::mapping::Mapping;
+use crate::names::signal;
+use crate::propose::{Confidence, Proposal, Unused, propose};
+use crate::source::ByteSource;
+use crate::table::{Layout, Table, Warning};
+
+/// Everything that was found while a file was opened.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OpenReport {
+    /// File name.
+    pub name: String,
+    /// Bytes read.
+    pub bytes: u64,
+    /// Rows of data.
+    pub rows: usize,
+    /// First instant, s.
+    pub start: f64,
+    /// From the first to the last instant, s.
+    pub duration: f64,
+    /// What time counts from, if the file says so (ISO 8601).
+    pub epoch: Option<String>,
+    /// How the file is laid out.
+    pub layout: Layout,
+    /// Channels with their rates.
+    pub channels: Vec<ChannelReport>,
+    /// Columns used.
+    pub used: Vec<UsedSignal>,
+    /// Columns not used.
+    pub unused: Vec<Unused>,
+    /// Every guess and every doubt, in words.
+    pub notes: Vec<String>,
+    /// What was passed over or looks wrong.
+    pub warnings: Vec<Warning>,
+    /// Signals that estimators may want and the file does not have.
+    pub missing: Vec<Missing>,
+    /// The mapping that was used, for saving.
+    pub mapping: Mapping,
+}
+
+/// A column that was used.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct UsedSignal {
+    /// Canonical name; `t` for the clock.
+    pub signal: String,
+    /// Raw column.
+    pub column: String,
+    /// What was done to its values: `g -> m/s^2 (x 9.80665)`.
+    pub conversion: String,
+    /// Why it was taken for this signal.
+    pub why: String,
+    /// How sure that is.
+    pub confidence: Confidence,
+    /// Number of rows with a value.
+    pub values: usize,
+}
+
+/// A signal that the file does not have.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Missing {
+    /// The signal.
+    pub signal: Signal,
+    /// Its name for people.
+    pub label: &'static str,
+}
+
+/// Read a source as CSV and make a drive of it: under `mapping`, or under the one that is proposed.
+///
+/// # Errors
+/// The first thing that is wrong, as one sentence.
+pub fn open_csv(
+    source: &mut dyn ByteSource,
+    name: &str,
+    mapping: Option<&Mapping>,
+) -> Result<(Drive, OpenReport), ImportError> {
+    open_table(read_csv(source, name)?, mapping)
+}
+
+/// Make a drive of a table: under `mapping`, or under the one that is proposed.
+///
+/// # Errors
+/// Those of [`propose`] and [`apply`].
+pub fn open_table(table: Table, mapping: Option<&Mapping>) -> Result<(Drive, OpenReport), ImportError> {
+    let proposal = match mapping {
+        Some(mapping) => given(&table, mapping),
+        None => propose(&table)?,
+    };
+    let name = table.name.clone();
+    let mut report = frame(&table, &proposal);
+    let (drive, mapped) = apply(table, &proposal.mapping, &name)?;
+    fill(&mut report, &proposal, mapped, &drive);
+    Ok((drive, report))
+}
+
+/// The reasons of a mapping that a person gave.
+fn given(table: &Table, mapping: &Mapping) -> Proposal {
+    let is_used = |name: &str| {
+        let time = &mapping.time;
+        time.column == name
+            || time.fraction.as_ref().is_some_and(|f| f.column == name)
+            || mapping.signals.values().any(|s| s.column == name)
+    };
+    let unused = table.columns.iter().filter(|c| !is_used(&c.name));
+    let unused = unused.map(|c| Unused { column: c.name.clone(), reason: "not in the mapping".into() });
+    let text = table.text_columns.iter();
+    let text = text.map(|t| Unused { column: t.name.clone(), reason: format!("holds text such as `{}`", t.example) });
+    Proposal { mapping: mapping.clone(), entries: Vec::new(), unused: unused.chain(text).collect(), notes: Vec::new() }
+}
+
+/// What is known before the columns are handed over.
+fn frame(table: &Table, proposal: &Proposal) -> OpenReport {
+    let clock = table.column(&proposal.mapping.time.column);
+    OpenReport {
+        name: table.name.clone(),
+        bytes: table.bytes,
+        rows: table.rows,
+        start: f64::NAN,
+        duration: 0.0,
+        epoch: clock.and_then(|c| c.epoch).map(epoch_text),
+        layout: table.layout.clone(),
+        channels: Vec::new(),
+        used: Vec::new(),
+        unused: proposal.unused.clone(),
+        notes: proposal.notes.clone(),
+        warnings: table.warnings.clone(),
+        missing: Vec::new(),
+        mapping: proposal.mapping.clone(),
+    }
+}
+
+fn fill(report: &mut OpenReport, proposal: &Proposal, mapped: MapReport, drive: &Drive) {
+    let (start, end) = drive.span().unwrap_or((f64::NAN, f64::NAN));
+    (report.start, report.duration) = (start, end - start);
+    let entry = |signal: &str| proposal.entries.iter().find(|e| e.signal == signal);
+    let why = |signal: &str| entry(signal).map_or("given by the mapping".to_owned(), |e| e.why.clone());
+    let confidence = |signal: &str| entry(signal).map_or(Confidence::Certain, |e| e.confidence);
+    report.used.push(UsedSignal {
+        signal: "t".into(),
+        column: proposal.mapping.time.column.clone(),
+        conversion: format!("{} -> s", proposal.mapping.time.unit),
+        why: why("t"),
+        confidence: confidence("t"),
+        values: report.rows,
+    });
+    for used in mapped.used {
+        report.used.push(UsedSignal {
+            conversion: conversion(&used.signal, &used.unit, used.factor, used.offset),
+            why: why(&used.signal),
+            confidence: confidence(&used.signal),
+            signal: used.signal,
+            column: used.column,
+            values: used.values,
+        });
+    }
+    report.channels = mapped.channels;
+    report.warnings.extend(mapped.warnings);
+    let missing = ALL_SIGNALS.into_iter().filter(|s| !drive.has(*s));
+    report.missing = missing.map(|signal| Missing { signal, label: signal.label() }).collect();
+}
+
+/// `g -> m/s^2 (x 9.80665)`, or `as it is`.
+fn conversion(name: &str, unit: &str, factor: f64, offset: f64) -> String {
+    let si = signal(name).map_or("1", |c| c.unit);
+    if factor == 1.0 && offset == 0.0 {
+        return format!("as it is, {}", file_unit(name, si));
+    }
+    let added = if offset == 0.0 { String::new() } else { format!(", then {offset:+}") };
+    format!("{unit} -> {si} (x {factor:.6}{added})")
+}
+
+const ALL_SIGNALS: [Signal; 15] = [
+    Signal::AccelX,
+    Signal::AccelY,
+    Signal::AccelZ,
+    Signal::GyroX,
+    Signal::GyroY,
+    Signal::GyroZ,
+    Signal::Mag,
+    Signal::ForwardSpeed,
+    Signal::Steer,
+    Signal::GnssPosition,
+    Signal::GnssVelocity,
+    Signal::GnssCourse,
+    Signal::GnssVerticalVelocity,
+    Signal::BaroAltitude,
+    Signal::AccelArray,
+];

@@ -1,0 +1,183 @@
+//! Sensor grades: how good the simulated sensors are, each with its source.
+
+/// Errors of an inertial sensor, the same on its three axes unless said otherwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImuGrade {
+    /// Noise density of specific force, m/s^2/sqrt(Hz).
+    pub accel_noise: f64,
+    /// Turn-on bias of specific force, 1-sigma, m/s^2.
+    pub accel_bias: f64,
+    /// Walk of that bias, m/s^2/sqrt(s).
+    pub accel_walk: f64,
+    /// Noise density of turn rate, rad/s/sqrt(Hz).
+    pub gyro_noise: f64,
+    /// Turn-on bias of turn rate, 1-sigma, rad/s.
+    pub gyro_bias: f64,
+    /// Walk of that bias, rad/s/sqrt(s).
+    pub gyro_walk: f64,
+    /// Scale error, 1-sigma.
+    pub scale: f64,
+    /// Resolution of specific force, m/s^2; 0 for none.
+    pub accel_resolution: f64,
+    /// Resolution of turn rate, rad/s; 0 for none.
+    pub gyro_resolution: f64,
+    /// Vibration of engine and road felt by the sensor, as a factor of the built-in level.
+    pub vibration: f64,
+}
+
+/// Errors of a magnetometer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MagGrade {
+    /// Noise of a sample, 1-sigma, uT.
+    pub noise: f64,
+    /// Offset fixed to the car, body axes, uT.
+    pub hard_iron: [f64; 3],
+    /// Distortion fixed to the car, row by row; the identity for none.
+    pub soft_iron: [[f64; 3]; 3],
+    /// Resolution, uT; 0 for none.
+    pub resolution: f64,
+}
+
+/// Errors of wheel speeds and steering angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CarGrade {
+    /// Pulses per turn of a wheel; 0 reads the speed directly.
+    pub pulses: f64,
+    /// Pitch error of single pulses, 1-sigma as a share of the pitch.
+    pub pulse_error: f64,
+    /// Slower rim speeds read 0, m/s.
+    pub slowest: f64,
+    /// Scale error common to the wheels and of each, 1-sigma.
+    pub scale: [f64; 2],
+    /// Noise of the reported speed while moving, 1-sigma, m/s.
+    pub speed_noise: f64,
+    /// Resolution of the speeds, m/s; 0 for none.
+    pub speed_resolution: f64,
+    /// Offset of the steering wheel's angle, 1-sigma, rad.
+    pub steering_offset: f64,
+    /// Resolution of the steering wheel's angle, rad; 0 for none.
+    pub steering_resolution: f64,
+}
+
+/// Errors of a satellite receiver and a barometer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PositionGrade {
+    /// Fixes per second.
+    pub rate: f64,
+    /// White position noise, horizontal and vertical, 1-sigma, m.
+    pub white: [f64; 2],
+    /// Correlated position error, horizontal and vertical, 1-sigma, m.
+    pub correlated: [f64; 2],
+    /// Correlation time of it, s.
+    pub correlation_time: f64,
+    /// Velocity noise, horizontal and vertical, 1-sigma, m/s.
+    pub velocity: [f64; 2],
+    /// No course below this speed over ground, m/s.
+    pub slowest_course: f64,
+    /// Barometer: white noise, drift (1-sigma) and its correlation time; m, m, s.
+    pub baro: [f64; 3],
+}
+
+/// A named set of sensors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grade {
+    /// Name in drive files.
+    pub name: &'static str,
+    /// What it is and where the numbers are from.
+    pub source: &'static str,
+    /// Inertial sensor.
+    pub imu: ImuGrade,
+    /// Magnetometer.
+    pub mag: MagGrade,
+    /// Wheel speeds and steering.
+    pub car: CarGrade,
+    /// Receiver and barometer.
+    pub position: PositionGrade,
+}
+
+const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+/// The grades that ship with Drivescope.
+pub const GRADES: &[Grade] = &[
+    Grade {
+        name: "automotive",
+        source: "Good automotive MEMS of the class of ST ASM330LHH and Bosch SMI230 after offset calibration in the factory \
+                 (typical noise of data sheets: 60 to 120 ug/sqrt(Hz), 5 to 14 mdps/sqrt(Hz)); magneto-resistive \
+                 magnetometer, perfectly calibrated; ABS wheel speeds with 48 pulses; single-frequency receiver at 1 Hz",
+        imu: ImuGrade {
+            accel_noise: 8e-4,
+            accel_bias: 0.012,
+            accel_walk: 5e-5,
+            gyro_noise: 2e-4,
+            gyro_bias: 2e-3,
+            gyro_walk: 3e-6,
+            scale: 1e-3,
+            accel_resolution: 0.001,
+            gyro_resolution: 1e-4,
+            vibration: 1.0,
+        },
+        mag: MagGrade { noise: 0.1, hard_iron: [0.0; 3], soft_iron: IDENTITY, resolution: 0.01 },
+        car: CarGrade {
+            pulses: 48.0,
+            pulse_error: 0.004,
+            slowest: 0.3,
+            scale: [2e-3, 1e-3],
+            speed_noise: 0.04,
+            speed_resolution: 0.01,
+            steering_offset: 0.01,
+            steering_resolution: 0.001_745,
+        },
+        position: PositionGrade {
+            rate: 1.0,
+            white: [0.5, 0.9],
+            correlated: [0.8, 1.4],
+            correlation_time: 90.0,
+            velocity: [0.08, 0.12],
+            slowest_course: 1.0,
+            baro: [0.15, 0.5, 300.0],
+        },
+    },
+    Grade {
+        name: "ideal",
+        source: "No errors and no vibration: for closing a strapdown integration on the truth",
+        imu: ImuGrade {
+            accel_noise: 0.0,
+            accel_bias: 0.0,
+            accel_walk: 0.0,
+            gyro_noise: 0.0,
+            gyro_bias: 0.0,
+            gyro_walk: 0.0,
+            scale: 0.0,
+            accel_resolution: 0.0,
+            gyro_resolution: 0.0,
+            vibration: 0.0,
+        },
+        mag: MagGrade { noise: 0.0, hard_iron: [0.0; 3], soft_iron: IDENTITY, resolution: 0.0 },
+        car: CarGrade {
+            pulses: 0.0,
+            pulse_error: 0.0,
+            slowest: 0.0,
+            scale: [0.0; 2],
+            speed_noise: 0.0,
+            speed_resolution: 0.0,
+            steering_offset: 0.0,
+            steering_resolution: 0.0,
+        },
+        position: PositionGrade {
+            rate: 1.0,
+            white: [0.0; 2],
+            correlated: [0.0; 2],
+            correlation_time: 90.0,
+            velocity: [0.0; 2],
+            slowest_course: 1.0,
+            baro: [0.0, 0.0, 300.0],
+        },
+    },
+];
+
+impl Grade {
+    /// A grade by name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        GRADES.iter().find(|g| g.name == name)
+    }
+}

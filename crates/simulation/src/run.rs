@@ -1,0 +1,212 @@
+//! A simulation that grows a drive step by step.
+
+use drivescope_drive::channel::OutOfOrder;
+use drivescope_drive::drive::Drive;
+use drivescope_drive::vehicle::VehicleParams;
+use nalgebra::Vector3;
+
+use crate::car::Car;
+use crate::driveline::Driveline;
+use crate::driver::{Driver, PERIOD};
+use crate::earth::{Local, TangentFrame};
+use crate::grades::Grade;
+use crate::motion::{Inertial, Motion, daejeon};
+use crate::plant::{Inputs, Plant, STEP};
+use crate::road::Road;
+use crate::sensors::{car::CarSensors, imu::ImuSensor, mag::MagSensor, position::BaroSensor, position::GnssSensor};
+use crate::spec::{DriveSpec, Outage, SpecError};
+use crate::truth::{self, Biases};
+
+/// Samples per second of inertial sensor, magnetometer, wheels, steering and truth.
+pub const RATE: f64 = 100.0;
+/// Plant steps in a sample.
+const STEPS: usize = 5;
+/// Samples between two of the barometer.
+const BARO_EVERY: u64 = 10;
+/// Without getting on for this long although it wants to, the car is stuck, s.
+const PATIENCE: f64 = 60.0;
+
+const _: () = assert!(STEPS as f64 * STEP == PERIOD && PERIOD * RATE == 1.0);
+
+struct Sensors {
+    imu: ImuSensor,
+    mag: MagSensor,
+    car: CarSensors,
+    gnss: GnssSensor,
+    baro: BaroSensor,
+    gnss_every: u64,
+    outages: Vec<Outage>,
+}
+
+/// A drive being simulated: advance it, look at it as it grows, take it.
+///
+/// ```
+/// use drivescope_simulation::{named, Simulation};
+/// let spec = named("city_hills").ok_or("no such drive")?;
+/// let mut simulation = Simulation::new(&spec, Some(7))?;
+/// simulation.advance(1.0);
+/// assert_eq!(simulation.drive().imu.len(), 101);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Simulation {
+    road: Road,
+    plant: Plant,
+    line: Driveline,
+    driver: Driver,
+    sensors: Sensors,
+    lever_arm: Vector3<f64>,
+    frame: TangentFrame,
+    motion: Motion,
+    drive: Drive,
+    sample: u64,
+    moved: (f64, f64),
+    done: bool,
+}
+
+impl Simulation {
+    /// Prepare a drive with the seed given or else its own; the drive holds the sample of time 0.
+    ///
+    /// # Errors
+    /// [`SpecError`] when the drive does not pass its checks.
+    pub fn new(spec: &DriveSpec, seed: Option<u64>) -> Result<Self, SpecError> {
+        spec.check()?;
+        let unknown = |path: &str, value: &str| SpecError::Unknown {
+            path: path.into(),
+            value: value.into(),
+            known: "none of that name".into(),
+        };
+        let params = VehicleParams::preset(&spec.car).ok_or_else(|| unknown("car", &spec.car))?;
+        let grade = Grade::named(&spec.sensors).ok_or_else(|| unknown("sensors", &spec.sensors))?;
+        let origin = daejeon();
+        let gravity = Local::at(&origin).gravity;
+        let road = Road::new(spec);
+        let plant = Plant::new(Car::new(&spec.car, params.clone(), gravity), &road, 0.0, gravity);
+        let driver = Driver::new(spec, &road);
+        let lever_arm = Vector3::from(spec.lever_arm);
+        let sensors = Sensors::new(grade, &plant.car, spec, seed.unwrap_or(spec.seed));
+        let motion = Motion::of(&plant, &lever_arm, origin);
+        let drive =
+            Drive { name: spec.name.clone(), truth: truth::series(), vehicle: Some(params), ..Drive::default() };
+        let mut simulation = Self {
+            road,
+            plant,
+            line: Driveline::default(),
+            driver,
+            sensors,
+            lever_arm,
+            frame: TangentFrame::new(&origin),
+            motion,
+            drive,
+            sample: 0,
+            moved: (0.0, 0.0),
+            done: false,
+        };
+        let at_rest = motion.inertial_until(&motion, PERIOD);
+        simulation.done = simulation.record(&at_rest).is_err();
+        Ok(simulation)
+    }
+
+    /// Advance by this many seconds or to the drive's end; says whether the end is reached.
+    pub fn advance(&mut self, seconds: f64) -> bool {
+        let until = self.sample + (seconds.max(0.0) * RATE).ceil() as u64;
+        while self.sample < until && !self.done {
+            self.next_sample();
+        }
+        self.done
+    }
+
+    /// Share of the road that lies behind, 0 to 1.
+    pub fn fraction(&self) -> f64 {
+        if self.done { 1.0 } else { (self.plant.patch().s / self.road.length()).clamp(0.0, 0.999) }
+    }
+
+    /// Time reached, s.
+    pub fn time(&self) -> f64 {
+        self.sample as f64 * PERIOD
+    }
+
+    /// The drive as grown so far.
+    pub fn drive(&self) -> &Drive {
+        &self.drive
+    }
+
+    /// The drive, simulated to its end, or to where the car got stuck.
+    pub fn finish(mut self) -> Drive {
+        while !self.advance(60.0) {}
+        self.drive
+    }
+
+    fn next_sample(&mut self) {
+        let demand = self.driver.act(&self.plant, &self.road, self.line.drive_force());
+        for _ in 0..STEPS {
+            let speed = self.plant.rim_speed()[2];
+            let (drive, brake) = self.line.step(&self.plant.car, speed, &demand);
+            let steer = self.driver.turn_wheel(STEP);
+            self.plant.step(&self.road, &Inputs { steer, drive, brake });
+        }
+        let before = self.motion;
+        let velocity = Motion::of(&self.plant, &self.lever_arm, before.place).velocity;
+        self.motion = Motion::of(&self.plant, &self.lever_arm, before.place_after(&velocity, PERIOD));
+        self.sample += 1;
+        let inertial = before.inertial_until(&self.motion, PERIOD);
+        let refused = self.record(&inertial).is_err();
+        self.done = refused || self.driver.is_done() || self.is_stuck();
+    }
+
+    fn is_stuck(&mut self) -> bool {
+        let s = self.plant.patch().s;
+        if s > self.moved.1 + 0.5 || self.driver.is_standing() {
+            self.moved = (self.time(), s);
+        }
+        !s.is_finite() || self.time() - self.moved.0 > PATIENCE
+    }
+
+    fn record(&mut self, inertial: &Inertial) -> Result<(), OutOfOrder> {
+        let time = self.time();
+        let (plant, sensors, drive) = (&self.plant, &mut self.sensors, &mut self.drive);
+        let biases = Biases { accel: sensors.imu.accel_bias(), gyro: sensors.imu.gyro_bias() };
+        let ned = self.frame.to_ned(&self.motion.place);
+        drive.truth.push(time, &truth::row(&self.motion, &ned, inertial, plant, &biases))?;
+        let rim = plant.rim_speed();
+        let engine_speed = self.line.engine_speed(&plant.car, rim[2]);
+        drive.imu.push(time, sensors.imu.next(inertial, self.motion.velocity.norm(), engine_speed))?;
+        drive.mag.push(time, sensors.mag.next(&self.motion))?;
+        drive.wheels.push(time, sensors.car.wheels(time, &rim, &plant.turned()))?;
+        drive.steering.push(time, sensors.car.steering(self.driver.steer()))?;
+        if self.sample.is_multiple_of(sensors.gnss_every) {
+            let outage = sensors.outages.iter().any(|o| time >= o.start && time < o.start + o.duration);
+            drive.gnss.push(time, sensors.gnss.next(&self.motion, outage))?;
+        }
+        if self.sample.is_multiple_of(BARO_EVERY) {
+            drive.baro.push(time, sensors.baro.next(&self.motion))?;
+        }
+        Ok(())
+    }
+}
+
+impl Sensors {
+    fn new(grade: &Grade, car: &Car, spec: &DriveSpec, seed: u64) -> Self {
+        Self {
+            imu: ImuSensor::new(&grade.imu, PERIOD, seed),
+            mag: MagSensor::new(&grade.mag, seed),
+            car: CarSensors::new(&grade.car, car.common.wheel_radius, car.params.steering_ratio, seed),
+            gnss: GnssSensor::new(&grade.position, seed),
+            baro: BaroSensor::new(&grade.position, BARO_EVERY as f64 * PERIOD, seed),
+            gnss_every: (RATE / grade.position.rate).round().max(1.0) as u64,
+            outages: spec.gnss_outages.clone(),
+        }
+    }
+}
+
+/// Simulate a drive to its end, with the seed given or else its own.
+///
+/// # Errors
+/// [`SpecError`] when the drive does not pass its checks, or when the car cannot drive it.
+pub fn simulate(spec: &DriveSpec, seed: Option<u64>) -> Result<Drive, SpecError> {
+    let mut simulation = Simulation::new(spec, seed)?;
+    while !simulation.advance(60.0) {}
+    if !simulation.driver.is_done() {
+        return Err(SpecError::Stuck { position: simulation.plant.patch().s, time: simulation.time() });
+    }
+    Ok(simulation.drive)
+}

@@ -1,0 +1,74 @@
+//! Inertial sensor: scale, bias, noise, vibration and resolution on top of the error-free averages.
+
+use drivescope_drive::signals::Imu;
+use nalgebra::Vector3;
+
+use super::quantized;
+use crate::grades::ImuGrade;
+use crate::motion::Inertial;
+use crate::rng::Rng;
+use crate::sensors::vibration::Vibration;
+
+/// One triad: accelerometers or gyros.
+#[derive(Clone, Debug)]
+struct Triad {
+    bias: Vector3<f64>,
+    scale: Vector3<f64>,
+    noise: f64,
+    walk: f64,
+    resolution: f64,
+    rng: Rng,
+}
+
+impl Triad {
+    fn next(&mut self, truth: &Vector3<f64>) -> Vector3<f64> {
+        let noise = self.rng.normal3() * self.noise;
+        let reading = truth + truth.component_mul(&self.scale) + self.bias + noise;
+        self.bias += self.rng.normal3() * self.walk;
+        reading.map(|v| quantized(v, self.resolution))
+    }
+}
+
+/// State of the sensor.
+#[derive(Clone, Debug)]
+pub struct ImuSensor {
+    accel: Triad,
+    gyro: Triad,
+    vibration: Vibration,
+    vibrates: f64,
+}
+
+impl ImuSensor {
+    /// A sensor of a grade, sampled every `step` s, switched on with this seed.
+    pub fn new(grade: &ImuGrade, step: f64, seed: u64) -> Self {
+        let triad = |name: &str, [bias, noise, walk, resolution]: [f64; 4]| {
+            let mut rng = Rng::new(seed, name);
+            let (bias, scale) = (rng.normal3() * bias, rng.normal3() * grade.scale);
+            Triad { bias, scale, noise: noise / step.sqrt(), walk: walk * step.sqrt(), resolution, rng }
+        };
+        let g = grade;
+        Self {
+            accel: triad("accel", [g.accel_bias, g.accel_noise, g.accel_walk, g.accel_resolution]),
+            gyro: triad("gyro", [g.gyro_bias, g.gyro_noise, g.gyro_walk, g.gyro_resolution]),
+            vibration: Vibration::new(step, seed),
+            vibrates: g.vibration,
+        }
+    }
+
+    /// Bias of the accelerometers now, m/s^2.
+    pub fn accel_bias(&self) -> Vector3<f64> {
+        self.accel.bias
+    }
+    /// Bias of the gyros now, rad/s.
+    pub fn gyro_bias(&self) -> Vector3<f64> {
+        self.gyro.bias
+    }
+
+    /// The next sample, at a speed (m/s) and an engine speed (rad/s).
+    pub fn next(&mut self, truth: &Inertial, speed: f64, engine_speed: f64) -> Imu {
+        let (force, rate) = self.vibration.next(speed, engine_speed);
+        let f = self.accel.next(&(truth.force + force * self.vibrates));
+        let w = self.gyro.next(&(truth.rate + rate * self.vibrates));
+        Imu { accel_x: f.x, accel_y: f.y, accel_z: f.z, gyro_x: w.x, gyro_y: w.y, gyro_z: w.z }
+    }
+}

@@ -1,0 +1,18 @@
+//! The thin door between the core and JavaScript: sessions that live in a worker.
+//!
+//! In: dropped files, read in slices, a mapping, parameter values. Out: reports and schemas as plain objects, columns as
+//! fresh `Float64Array`s that JavaScript owns. No view into wasm memory outlives a call. No arithmetic happens here.
+
+mod opening;
+mod reports;
+mod runs;
+mod session;
+
+pub use session::Session;
+
+/// Measure what the core costs in this browser; see `drivescope_bench`.
+#[cfg(feature = "bench")]
+#[wasm_bindgen::prelude::wasm_bindgen]
+pub fn bench_json(quick: bool) -> Result<String, wasm_bindgen::JsError> {
+    drivescope_bench::bench_json(|| js_sys::Date::now() / 1000.0, quick).map_err(|e| wasm_bindgen::JsError::new(&e))
+}

@@ -1,0 +1,100 @@
+//! Opening a drive in steps: a simulation, or a file read slice by slice. The open drive stays until this has succeeded.
+
+use drivescope_drive::drive::Drive;
+use drivescope_import::{CsvReader, Mapping, OpenReport, open_table};
+use drivescope_simulation::Simulation;
+use js_sys::{ArrayBuffer, Uint8Array};
+use wasm_bindgen::prelude::*;
+use web_sys::{File, FileReaderSync};
+
+use crate::reports::{Progress, sentence};
+
+/// Bytes read from a file at a time.
+const SLICE: f64 = 2_097_152.0;
+/// Seconds simulated at a time.
+const SIMULATED: f64 = 5.0;
+
+/// A drive that has been opened.
+pub struct Opened {
+    /// The drive.
+    pub drive: Drive,
+    /// What the reader said, with the mapping it used; absent for a simulation.
+    pub report: Option<OpenReport>,
+}
+
+/// What one piece of work led to.
+pub enum Step {
+    /// The drive is there.
+    Done(Box<Opened>),
+    /// There is more to do.
+    More(Opening),
+}
+
+/// Work on opening a drive.
+pub enum Opening {
+    /// A drive that is being simulated.
+    Simulation(Box<Simulation>),
+    /// A file that is being read.
+    Reading {
+        /// The file.
+        file: File,
+        /// Bytes read so far.
+        offset: f64,
+        /// The reader they were fed to.
+        reader: Box<CsvReader>,
+        /// The mapping to use instead of a proposed one.
+        mapping: Option<Mapping>,
+    },
+}
+
+impl Opening {
+    /// Start on a file.
+    pub fn file(file: File, mapping: Option<Mapping>) -> Self {
+        let mut reader = Box::new(CsvReader::new(&file.name()));
+        reader.expect_bytes(file.size() as u64);
+        Self::Reading { file, offset: 0.0, reader, mapping }
+    }
+
+    /// Do one more piece of work: the drive, or what is left to do.
+    pub fn step(self) -> Result<Step, JsError> {
+        match self {
+            Self::Simulation(mut simulation) => Ok(if simulation.advance(SIMULATED) {
+                Step::Done(Box::new(Opened { drive: simulation.finish(), report: None }))
+            } else {
+                Step::More(Self::Simulation(simulation))
+            }),
+            Self::Reading { file, offset, mut reader, mapping } if offset < file.size() => {
+                reader.feed(&slice(&file, offset, SLICE)?).map_err(sentence)?;
+                Ok(Step::More(Self::Reading { file, offset: offset + SLICE, reader, mapping }))
+            }
+            Self::Reading { reader, mapping, .. } => {
+                let table = reader.finish().map_err(sentence)?;
+                let (drive, report) = open_table(table, mapping.as_ref()).map_err(sentence)?;
+                Ok(Step::Done(Box::new(Opened { drive, report: Some(report) })))
+            }
+        }
+    }
+
+    /// How far it has come.
+    pub fn progress(&self) -> Progress {
+        match self {
+            Self::Simulation(s) => {
+                let rows = s.drive().imu.len();
+                Progress { done: false, fraction: s.fraction(), stage: "simulating", rows }
+            }
+            Self::Reading { file, offset, reader, .. } => Progress {
+                done: false,
+                fraction: (offset / file.size()).min(1.0),
+                stage: "reading",
+                rows: reader.rows(),
+            },
+        }
+    }
+}
+
+fn slice(file: &File, offset: f64, length: f64) -> Result<Vec<u8>, JsError> {
+    let failed = |_| JsError::new(&format!("{}: the browser could not read the file; open it again", file.name()));
+    let blob = file.slice_with_f64_and_f64(offset, offset + length).map_err(failed)?;
+    let buffer: ArrayBuffer = FileReaderSync::new().and_then(|r| r.read_as_array_buffer(&blob)).map_err(failed)?;
+    Ok(Uint8Array::new(&buffer).to_vec())
+}

@@ -1,0 +1,258 @@
+//! The calls of JavaScript.
+
+use drivescope_drive::channel::Series;
+use drivescope_drive::csv::{write_drive, write_series};
+use drivescope_drive::decimate::{Grid, sample_rows, visible_gap};
+use drivescope_drive::drive::Drive;
+use drivescope_drive::vehicle::VehicleParams;
+use drivescope_estimation::registry::{AnyRun, ESTIMATORS};
+use drivescope_estimation::trajectory::{PathPoint, estimated_path, fixes, held, true_path};
+use drivescope_import::Mapping;
+use drivescope_simulation::Simulation;
+use js_sys::{Date, Float64Array, Uint8Array};
+use serde_json::Value;
+use wasm_bindgen::prelude::*;
+use web_sys::File;
+
+use crate::opening::{Opened, Opening, Step};
+use crate::reports::{Catalogue, DriveReport, Progress, plain, sentence};
+use crate::runs::{Slot, slot_index};
+
+/// Epochs stepped between two looks at the clock.
+const EPOCHS: usize = 2000;
+
+/// One open drive with its runs. Lives in a worker.
+#[wasm_bindgen]
+pub struct Session {
+    drive: Drive,
+    report: DriveReport,
+    opening: Option<Opening>,
+    slots: Vec<Slot>,
+}
+
+impl Default for Session {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[wasm_bindgen]
+impl Session {
+    /// A session without a drive.
+    #[wasm_bindgen(constructor)]
+    pub fn new() -> Self {
+        let drive = Drive::default();
+        let report = DriveReport::new(&drive, None);
+        Self { drive, report, opening: None, slots: empty_slots() }
+    }
+
+    /// Estimators, built-in drives and vehicles.
+    pub fn catalogue(&self) -> Result<JsValue, JsError> {
+        plain(&Catalogue::new())
+    }
+
+    /// Start simulating a built-in drive; `seed` undefined takes the drive's own.
+    pub fn begin_simulation(&mut self, name: &str, seed: Option<f64>) -> Result<(), JsError> {
+        let spec = drivescope_simulation::named(name)
+            .ok_or_else(|| JsError::new(&format!("there is no built-in drive `{name}`")))?;
+        let simulation = Simulation::new(&spec, seed.map(|s| s as u64)).map_err(sentence)?;
+        self.opening = Some(Opening::Simulation(Box::new(simulation)));
+        Ok(())
+    }
+
+    /// Start reading a dropped log; `mapping` is the text of a saved mapping, undefined lets the reader propose one.
+    pub fn begin_files(&mut self, files: Vec<File>, mapping: Option<String>) -> Result<(), JsError> {
+        let mapping = mapping.map(|text| Mapping::from_json(&text, "mapping.json")).transpose().map_err(sentence)?;
+        let mut files = files.into_iter();
+        match (files.next(), files.next()) {
+            (Some(file), None) => self.opening = Some(Opening::file(file, mapping)),
+            (None, _) => return Err(JsError::new("no file was given; drop one log")),
+            _ => return Err(JsError::new("several logs were dropped; this version opens one log at a time")),
+        }
+        Ok(())
+    }
+
+    /// Go on opening for about `budget_ms`; at the end the new drive is in place and all runs are gone.
+    pub fn open_some(&mut self, budget_ms: f64) -> Result<JsValue, JsError> {
+        let deadline = Date::now() + budget_ms;
+        let Some(mut opening) = self.opening.take() else { return Err(JsError::new("nothing is being opened")) };
+        loop {
+            opening = match opening.step()? {
+                Step::Done(opened) => return plain(&self.put_in_place(*opened)),
+                Step::More(opening) => opening,
+            };
+            if Date::now() >= deadline {
+                let progress = opening.progress();
+                self.opening = Some(opening);
+                return plain(&progress);
+            }
+        }
+    }
+
+    /// Give up opening; the drive that was open stays.
+    pub fn cancel_open(&mut self) {
+        self.opening = None;
+    }
+
+    /// What the open drive holds.
+    pub fn report(&self) -> Result<JsValue, JsError> {
+        plain(&self.report)
+    }
+
+    /// Start a run. `params` is an object of names and values, `vehicle` the name of a car or null for the drive's own.
+    pub fn begin_run(&mut self, estimator: &str, params: JsValue, vehicle: Option<String>) -> Result<(), JsError> {
+        let params: Value = serde_wasm_bindgen::from_value(params).map_err(sentence)?;
+        let vehicle = vehicle
+            .map(|name| VehicleParams::preset(&name).ok_or_else(|| JsError::new(&format!("there is no car `{name}`"))))
+            .transpose()?;
+        let run = AnyRun::new(estimator, &self.drive, &params, vehicle.as_ref()).map_err(sentence)?;
+        let slot = self.slot_mut(estimator)?;
+        slot.running = Some(run);
+        slot.seconds = 0.0;
+        Ok(())
+    }
+
+    /// Go on with a run for about `budget_ms`; at the end it has become the current result.
+    pub fn run_some(&mut self, estimator: &str, budget_ms: f64) -> Result<JsValue, JsError> {
+        let begin = Date::now();
+        let index = index_of(estimator)?;
+        let (drive, slot) = (&self.drive, &mut self.slots[index]);
+        let run = slot.running.as_mut().ok_or_else(|| JsError::new(&format!("{estimator} is not running")))?;
+        loop {
+            let done = match run.advance(drive, EPOCHS) {
+                Ok(done) => done,
+                Err(error) => {
+                    slot.running = None;
+                    return Err(sentence(error));
+                }
+            };
+            let now = Date::now();
+            if done || now >= begin + budget_ms {
+                let (fraction, rows) = (run.fraction(drive), run.series().len());
+                slot.seconds += (now - begin) / 1000.0;
+                if done {
+                    slot.finish(drive);
+                }
+                return plain(&Progress { done, fraction, stage: "estimating", rows });
+            }
+        }
+    }
+
+    /// Give up a run; earlier results stay.
+    pub fn cancel_run(&mut self, estimator: &str) -> Result<(), JsError> {
+        self.slot_mut(estimator)?.running = None;
+        Ok(())
+    }
+
+    /// Report on the `current` or `previous` result; null if there is none.
+    pub fn result(&self, estimator: &str, which: &str) -> Result<JsValue, JsError> {
+        let slot = &self.slots[index_of(estimator)?];
+        let finished = if which == "previous" { &slot.previous } else { &slot.current };
+        plain(&finished.as_ref().map(|f| f.report()))
+    }
+
+    /// What changed from the previous to the current result; null if there is no previous one.
+    pub fn change(&self, estimator: &str) -> Result<JsValue, JsError> {
+        plain(&self.slots[index_of(estimator)?].change())
+    }
+
+    /// Forget the previous result.
+    pub fn drop_previous(&mut self, estimator: &str) -> Result<(), JsError> {
+        self.slot_mut(estimator)?.previous = None;
+        Ok(())
+    }
+
+    /// Times of the points that [`Session::grid`] gives.
+    pub fn grid_times(&self, t0: f64, t1: f64, buckets: usize) -> Float64Array {
+        Float64Array::from(Grid { start: t0, end: t1, buckets: buckets.max(1) }.times().as_slice())
+    }
+
+    /// Least and greatest value of a column per bucket, in order of occurrence; NaN is a gap.
+    pub fn grid(&self, source: &str, column: &str, t0: f64, t1: f64, buckets: usize, is_step: bool) -> Float64Array {
+        let grid = Grid { start: t0, end: t1, buckets: buckets.max(1) };
+        let Some((series, index)) = self.column(source, column) else { return Float64Array::new_with_length(0) };
+        Float64Array::from(grid.extremes(series, index, visible_gap(series), is_step).as_slice())
+    }
+
+    /// The value of a column at a time, between samples on the straight line; NaN if there is none.
+    pub fn value_at(&self, source: &str, column: &str, t: f64) -> f64 {
+        let Some((series, index)) = self.column(source, column) else { return f64::NAN };
+        if column == "mode" { held(series, column, t) } else { series.interpolate(index, t, visible_gap(series)) }
+    }
+
+    /// Points of a trajectory, five numbers each: time, north, east, sigma, mode.
+    pub fn path(&self, source: &str, t0: f64, t1: f64, max_points: usize) -> Float64Array {
+        let modes = slot_index("motion_mode").and_then(|i| self.slots[i].series("current"));
+        let points = match source {
+            "drive" => fixes(&self.drive, (t0, t1), max_points),
+            "truth" => true_path(&self.drive, (t0, t1), max_points),
+            _ => match self.series(source) {
+                Some(series) => estimated_path(series, modes, (t0, t1), max_points),
+                None => Vec::new(),
+            },
+        };
+        let flat: Vec<f64> =
+            points.iter().flat_map(|p: &PathPoint| [p.time, p.north, p.east, p.sigma, p.mode]).collect();
+        Float64Array::from(flat.as_slice())
+    }
+
+    /// At most `rows` rows of a window, each as time and the named columns.
+    pub fn table(&self, source: &str, columns: Vec<String>, t0: f64, t1: f64, rows: usize) -> Float64Array {
+        let names: Vec<&str> = columns.iter().map(String::as_str).collect();
+        let series = match source {
+            "drive" => columns.first().and_then(|c| self.drive.column(c)).map(|(s, _)| s),
+            _ => self.series(source),
+        };
+        let flat = series.map_or_else(Vec::new, |s| sample_rows(s, &names, (t0, t1), rows));
+        Float64Array::from(flat.as_slice())
+    }
+
+    /// A result, the truth or the whole drive (`drive`) as CSV.
+    pub fn export_csv(&self, source: &str) -> Result<Uint8Array, JsError> {
+        let mut text = Vec::new();
+        match (source, self.series(source)) {
+            ("drive", _) => write_drive(&self.drive, &mut text).map_err(sentence)?,
+            (_, Some(series)) => write_series(series, &mut text).map_err(sentence)?,
+            _ => return Err(JsError::new(&format!("there is nothing to export from {source}"))),
+        }
+        Ok(Uint8Array::from(text.as_slice()))
+    }
+}
+
+impl Session {
+    fn put_in_place(&mut self, opened: Opened) -> Progress {
+        self.report = DriveReport::new(&opened.drive, opened.report);
+        self.drive = opened.drive;
+        self.slots = empty_slots();
+        Progress { done: true, fraction: 1.0, stage: "reading", rows: self.drive.imu.len() }
+    }
+
+    fn slot_mut(&mut self, estimator: &str) -> Result<&mut Slot, JsError> {
+        let index = index_of(estimator)?;
+        Ok(&mut self.slots[index])
+    }
+
+    fn series(&self, source: &str) -> Option<&Series> {
+        if source == "truth" {
+            return Some(&self.drive.truth);
+        }
+        let (name, which) = source.split_once(':')?;
+        self.slots[slot_index(name)?].series(which)
+    }
+
+    fn column(&self, source: &str, column: &str) -> Option<(&Series, usize)> {
+        if source == "drive" {
+            return self.drive.column(column);
+        }
+        let series = self.series(source)?;
+        Some((series, series.index_of(column)?))
+    }
+}
+
+fn empty_slots() -> Vec<Slot> {
+    ESTIMATORS.iter().map(|_| Slot::default()).collect()
+}
+
+fn index_of(estimator: &str) -> Result<usize, JsError> {
+    slot_index(estimator).ok_or_else(|| JsError::new(&format!("there is no estimator `{estimator}`")))
+}

@@ -1,0 +1,132 @@
+//! The door, in a worker of a real browser: what crosses it, what it says when it refuses, and the same numbers as native.
+#![cfg(target_arch = "wasm32")]
+
+use drivescope_wasm::Session;
+use js_sys::{Array, Float64Array, JSON, Reflect};
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_test::*;
+use web_sys::{Blob, File};
+
+wasm_bindgen_test_configure!(run_in_dedicated_worker);
+
+const ESTIMATORS: [&str; 4] = ["orientation", "slope", "motion_mode", "gnss_ins"];
+
+fn get(object: &JsValue, key: &str) -> JsValue {
+    Reflect::get(object, &key.into()).unwrap()
+}
+
+fn text(error: JsError) -> String {
+    get(&JsValue::from(error), "message").as_string().unwrap()
+}
+
+fn open(session: &mut Session) -> Result<usize, String> {
+    for calls in 1.. {
+        let progress = session.open_some(20.0).map_err(text)?;
+        if get(&progress, "done").as_bool().unwrap() {
+            return Ok(calls);
+        }
+    }
+    unreachable!()
+}
+
+fn run(session: &mut Session, estimator: &str, params: &str) -> Result<(), String> {
+    session.begin_run(estimator, JSON::parse(params).unwrap(), None).map_err(text)?;
+    loop {
+        let progress = session.run_some(estimator, 50.0).map_err(text)?;
+        if get(&progress, "done").as_bool().unwrap() {
+            return Ok(());
+        }
+    }
+}
+
+fn built_in() -> Session {
+    let mut session = Session::new();
+    let name = get(&get(&session.catalogue().unwrap_or_else(|e| panic!("{}", text(e))), "drives"), "0");
+    session.begin_simulation(&get(&name, "name").as_string().unwrap(), None).map_err(text).unwrap();
+    open(&mut session).unwrap();
+    session
+}
+
+fn file(name: &str, content: &str) -> File {
+    File::new_with_str_sequence(&Array::of1(&content.into()), name).unwrap()
+}
+
+#[wasm_bindgen_test]
+fn every_estimator_runs_on_the_built_in_drive_and_its_columns_have_names_units_and_length() {
+    let mut session = built_in();
+    for name in ESTIMATORS {
+        run(&mut session, name, "{}").unwrap();
+        let report = session.result(name, "current").map_err(text).unwrap();
+        let rows = get(&report, "rows").as_f64().unwrap();
+        assert!(rows > 50_000.0, "{name}: {rows} rows");
+        assert!(get(&get(&report, "score"), "metrics").unchecked_into::<Array>().length() > 0, "{name} is scored");
+    }
+    let catalogue = session.catalogue().map_err(text).unwrap();
+    for estimator in get(&catalogue, "estimators").unchecked_into::<Array>().iter() {
+        for column in get(&estimator, "columns").unchecked_into::<Array>().iter() {
+            assert!(!get(&column, "unit").as_string().unwrap().is_empty());
+            assert!(!get(&column, "doc").as_string().unwrap().is_empty());
+        }
+    }
+}
+
+#[wasm_bindgen_test]
+fn a_column_given_to_javascript_survives_later_runs() {
+    let mut session = built_in();
+    run(&mut session, "slope", "{}").unwrap();
+    let before: Float64Array = session.grid("slope:current", "grade", 0.0, 600.0, 500, false);
+    let copy = before.to_vec();
+    assert!(copy.iter().filter(|v| v.is_finite()).count() > 900);
+    for name in ESTIMATORS {
+        run(&mut session, name, "{}").unwrap();
+    }
+    // A view into wasm memory would be detached (length 0) or overwritten by now.
+    let same = before.to_vec().iter().zip(&copy).all(|(a, b)| a.to_bits() == b.to_bits());
+    assert!(before.length() == 1000 && same);
+}
+
+#[wasm_bindgen_test]
+fn a_second_run_keeps_the_first_as_previous_and_says_what_changed() {
+    let mut session = built_in();
+    run(&mut session, "slope", "{}").unwrap();
+    assert!(session.change("slope").map_err(text).unwrap().is_null());
+    run(&mut session, "slope", r#"{"q2_th": 0.005}"#).unwrap();
+    assert!(session.change("slope").map_err(text).unwrap().is_object());
+    let one = session.grid("slope:previous", "slope", 100.0, 200.0, 50, false).to_vec();
+    let two = session.grid("slope:current", "slope", 100.0, 200.0, 50, false).to_vec();
+    assert_ne!(one, two);
+    session.drop_previous("slope").map_err(text).unwrap();
+    assert!(session.result("slope", "previous").map_err(text).unwrap().is_null());
+}
+
+#[wasm_bindgen_test]
+fn a_refused_parameter_and_a_missing_signal_cross_as_one_sentence() {
+    let mut session = built_in();
+    let error = run(&mut session, "slope", r#"{"q2_th": 99}"#).unwrap_err();
+    assert!(error.contains("99") && error.contains("outside"), "{error}");
+    session.begin_files(vec![file("wheels.csv", "t,speed\n0,1\n0.1,1\n0.2,1\n")], None).map_err(text).unwrap();
+    open(&mut session).unwrap();
+    let error = run(&mut session, "orientation", "{}").unwrap_err();
+    assert!(error.contains("orientation needs"), "{error}");
+}
+
+#[wasm_bindgen_test]
+fn a_dropped_file_opens_and_a_broken_one_leaves_the_open_drive_in_place() {
+    let mut session = Session::new();
+    let mut csv = String::from("t,accel_x,accel_y,accel_z,gyro_z,speed\n");
+    for k in 0..500 {
+        csv += &format!("{},0.1,0,-9.8,0.01,10\n", f64::from(k) * 0.01);
+    }
+    session.begin_files(vec![file("good.csv", &csv)], None).map_err(text).unwrap();
+    open(&mut session).unwrap();
+    let broken = csv.replace("3.33,0.1,", "3.33,abc,");
+    session.begin_files(vec![file("broken.csv", &broken)], None).map_err(text).unwrap();
+    let error = open(&mut session).unwrap_err();
+    assert!(error.contains("broken.csv") && error.contains("accel_x") && error.contains("abc"), "{error}");
+    assert_eq!(get(&session.report().map_err(text).unwrap(), "name").as_string().unwrap(), "good.csv");
+    assert!((session.value_at("drive", "speed", 1.0) - 10.0).abs() < 1e-12);
+    let empty: Blob = file("empty.csv", "").into();
+    assert_eq!(empty.size(), 0.0);
+    session.begin_files(vec![empty.unchecked_into()], None).map_err(text).unwrap();
+    assert!(open(&mut session).unwrap_err().contains("empty"));
+}

@@ -1,0 +1,74 @@
+/** What every test of the page needs: the built page behind a server of its own, and a browser. */
+
+import { execFileSync } from 'node:child_process';
+import { createReadStream, existsSync, statSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { createRequire } from 'node:module';
+import { extname, join, normalize } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const web = new URL('../../web/', import.meta.url);
+const require = createRequire(new URL('package.json', web));
+const { chromium } = require('playwright-core');
+
+/** The source of axe-core, to be put into a page. */
+export const axePath = require.resolve('axe-core/axe.min.js');
+
+const dist = fileURLToPath(new URL('dist/', web));
+const TYPES = {
+  '.html': 'text/html; charset=utf-8',
+  '.js': 'text/javascript; charset=utf-8',
+  '.css': 'text/css; charset=utf-8',
+  '.svg': 'image/svg+xml',
+  '.wasm': 'application/wasm',
+};
+
+/** Serve `web/dist` below a sub-path, at a port of the system's choice. */
+export async function serve() {
+  const server = createServer((request, response) => {
+    const path = decodeURIComponent(new URL(request.url ?? '/', 'http://localhost').pathname);
+    const inside = path.startsWith('/some/where/') ? path.slice('/some/where/'.length) : null;
+    const file = inside === null ? '' : join(dist, normalize(inside === '' ? 'index.html' : inside));
+    if (!file.startsWith(dist) || !existsSync(file) || !statSync(file).isFile()) {
+      response.writeHead(404).end();
+      return;
+    }
+    response.writeHead(200, { 'content-type': TYPES[extname(file)] ?? 'application/octet-stream' });
+    createReadStream(file).pipe(response);
+  });
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+  return { url: `http://127.0.0.1:${server.address().port}/some/where/`, close: () => server.close() };
+}
+
+/** The system's Chromium: the one that `CHROMIUM` names, else the one in the path. */
+export function launch() {
+  const executablePath = process.env.CHROMIUM || execFileSync('which', ['chromium']).toString().trim();
+  const args = ['--no-sandbox', '--disable-gpu', '--disable-background-networking', '--disable-component-update', '--disable-sync'];
+  return chromium.launch({ executablePath, args });
+}
+
+/**
+ * Open the page and note what it does: errors on the console, requests.
+ * @param {import('playwright-core').Browser} browser
+ * @param {string} url
+ * @param {object} [options] of the browser's context
+ */
+export async function open(browser, url, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, reducedMotion: 'reduce', ...options });
+  const page = await context.newPage();
+  const errors = [];
+  const requests = [];
+  page.on('console', (message) => message.type() === 'error' && errors.push(message.text()));
+  page.on('pageerror', (error) => errors.push(String(error)));
+  context.on('request', (request) => requests.push(request.url()));
+  await page.goto(url);
+  return { page, context, errors, requests };
+}
+
+/** Wait until all four views show estimates. */
+export async function estimated(page) {
+  for (const [view, name] of [['1', 'orientation'], ['2', 'slope'], ['3', 'motion_mode'], ['4', 'gnss_ins']]) {
+    await page.locator(`[data-view="${view}"][data-drawn~="${name}"]`).waitFor({ state: 'attached', timeout: 60_000 });
+  }
+  await page.locator('.status[data-state="idle"]').waitFor({ timeout: 60_000 });
+}

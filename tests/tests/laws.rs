@@ -1,0 +1,221 @@
+//! Laws that every estimator obeys, run over all of them. A failure means: state that leaks between runs or depends on
+//! how a run is cut up, an unused sensor that moves time, a NaN that enters a state, or a range that is not checked.
+
+use drivescope_drive::channel::{Record, Series};
+use drivescope_drive::drive::{Drive, Epoch, EpochCursor};
+use drivescope_drive::param::{Kind, Params};
+use drivescope_drive::signals::{AccelArray, Range};
+use drivescope_drive::vehicle::VehicleParams;
+use drivescope_estimation::estimator::{Estimator, Run, run};
+use drivescope_tests::built_in;
+use serde_json::json;
+
+/// SplitMix64: enough randomness for hostile data, the same in every run.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+    fn below(&mut self, n: u64) -> u64 {
+        self.next() % n
+    }
+    fn hostile(&mut self, value: f64) -> f64 {
+        match self.below(12) {
+            0 => f64::NAN,
+            1 => f64::INFINITY,
+            2 => -1e300,
+            3 => 1e9,
+            4 => -value,
+            5 => 0.0,
+            6 => value * 1000.0,
+            _ => value,
+        }
+    }
+}
+
+fn spoil<R: Record>(record: Option<R>, random: &mut Random) -> Option<R> {
+    let record = record?;
+    let mut row = [0.0; drivescope_drive::channel::MAX_COLUMNS];
+    record.write(&mut row[..R::COLUMNS.len()]);
+    let mut spoiled = row;
+    for value in &mut spoiled[..R::COLUMNS.len()] {
+        *value = random.hostile(*value);
+    }
+    (random.below(10) > 0).then(|| R::read(|c| spoiled[c]))
+}
+
+fn bits(series: &Series) -> Vec<u64> {
+    let columns = (0..series.schema().len()).flat_map(|c| series.column_at(c).iter().map(|v| v.to_bits()));
+    series.time().iter().map(|t| t.to_bits()).chain(columns).collect()
+}
+
+fn whole<E: Estimator>(drive: &Drive) -> Series {
+    run::<E>(drive, &E::Params::default(), None).unwrap_or_else(|e| panic!("{}: {e}", E::NAME)).into_series()
+}
+
+fn the_same_drive_gives_the_same_bits<E: Estimator>(drive: &Drive) {
+    assert!(bits(&whole::<E>(drive)) == bits(&whole::<E>(drive)), "{}", E::NAME);
+}
+
+fn a_run_in_pieces_gives_the_same_bits_as_one_in_one_go<E: Estimator>(drive: &Drive) {
+    let mut pieces = Run::<E>::new(drive, &E::Params::default(), None).unwrap();
+    let mut size = 1;
+    while !pieces.advance(drive, size).unwrap() {
+        size = size % 97 + 13;
+    }
+    assert!(bits(&pieces.into_series()) == bits(&whole::<E>(drive)), "{}", E::NAME);
+}
+
+fn a_sensor_that_is_not_used_changes_nothing<E: Estimator>(drive: &Drive) {
+    let mut more = drive.clone();
+    let (start, end) = drive.span().unwrap();
+    let mut t = start + 0.0031;
+    while t < end {
+        more.range.push(t, Range { range_1: 1.0, ..Range::default() }).unwrap();
+        more.accel_array.push(t, AccelArray::default()).unwrap();
+        t += 0.0173;
+    }
+    assert!(bits(&whole::<E>(&more)) == bits(&whole::<E>(drive)), "{}", E::NAME);
+}
+
+fn a_parameter_outside_its_range_is_refused<E: Estimator>(drive: &Drive) {
+    for spec in E::Params::SPECS {
+        let bad = match spec.kind {
+            Kind::Number { max, .. } | Kind::Optional { max, .. } => json!(max * 2.0 + 1.0),
+            Kind::Toggle { .. } => json!("perhaps"),
+            Kind::Choice { .. } => json!("no such choice"),
+        };
+        assert!(E::Params::from_json(&json!({ spec.name: bad })).is_err(), "{}: {}", E::NAME, spec.name);
+        assert!(!spec.doc.is_empty() && !spec.source.is_empty(), "{}: {} says what and whence", E::NAME, spec.name);
+    }
+    let mut params = E::Params::default();
+    if let Some(index) = E::Params::SPECS.iter().position(|s| matches!(s.kind, Kind::Number { .. })) {
+        params.put(index, drivescope_drive::param::ParamValue::Number(f64::NAN));
+        assert!(Run::<E>::new(drive, &params, None).is_err(), "{}: NaN passed the range check", E::NAME);
+    }
+}
+
+/// Every value that comes out is a number or "no value", sigmas and statistics are not negative.
+fn check_row<E: Estimator>(estimate: &E::Estimate, time: f64) {
+    let mut row = vec![0.0; E::Estimate::COLUMNS.len()];
+    estimate.write(&mut row);
+    for (column, value) in E::Estimate::COLUMNS.iter().zip(row) {
+        assert!(!value.is_infinite(), "{} {} is {value} at {time}", E::NAME, column.name);
+        if column.sigma_of.is_some() || column.nis.is_some() {
+            assert!(!(value < 0.0), "{} {} is {value} at {time}", E::NAME, column.name);
+        }
+    }
+}
+
+fn hostile_samples_never_panic_and_never_stay<E: Estimator>(drive: &Drive) {
+    for seed in 0..6 {
+        let mut random = Random(seed);
+        let mut estimator = E::new(&E::Params::default(), &VehicleParams::default(), &drive.start());
+        let mut cursor = EpochCursor::default();
+        let mut shift = 0.0;
+        let mut step = |estimator: &mut E, epoch: &Epoch| {
+            if let Ok(Some(estimate)) = estimator.step(epoch) {
+                check_row::<E>(&estimate, epoch.time);
+            }
+        };
+        for count in 0..4000 {
+            let Some(mut epoch) = cursor.next(drive) else { break };
+            if count > 600 && random.below(4) == 0 {
+                epoch.imu = spoil(epoch.imu, &mut random);
+                epoch.mag = spoil(epoch.mag, &mut random);
+                epoch.wheels = spoil(epoch.wheels, &mut random);
+                epoch.steering = spoil(epoch.steering, &mut random);
+                epoch.gnss = spoil(epoch.gnss, &mut random);
+                epoch.baro = spoil(epoch.baro, &mut random);
+                match random.below(40) {
+                    0 => epoch.time = f64::NAN,
+                    1 => epoch.time -= 10.0,
+                    2 => shift += 60.0,
+                    _ => {}
+                }
+            }
+            epoch.time += shift;
+            step(&mut estimator, &epoch);
+        }
+        // Clean data again: after a while every column that is a number on a clean run is one here.
+        let mut last = None;
+        while let Some(mut epoch) = cursor.next(drive) {
+            epoch.time += shift;
+            if let Ok(Some(estimate)) = estimator.step(&epoch) {
+                check_row::<E>(&estimate, epoch.time);
+                last = Some(estimate);
+            }
+        }
+        let mut row = vec![0.0; E::Estimate::COLUMNS.len()];
+        last.unwrap_or_else(|| panic!("{} never came back (seed {seed})", E::NAME)).write(&mut row);
+        let clean = whole::<E>(drive);
+        for (index, column) in E::Estimate::COLUMNS.iter().enumerate() {
+            let was = clean.column_at(index).last().copied().unwrap_or(f64::NAN);
+            assert!(
+                row[index].is_finite() || !was.is_finite(),
+                "{} {} stays without a value (seed {seed})",
+                E::NAME,
+                column.name
+            );
+        }
+    }
+}
+
+/// A larger noise parameter must not make the filter surer of the quantity it measures.
+fn more_noise_never_makes_it_surer<E: Estimator>(drive: &Drive, param: &str, sigma: &str, factor: f64) {
+    let spec = E::Params::SPECS.iter().find(|s| s.name == param).unwrap_or_else(|| panic!("{}: {param}", E::NAME));
+    let Kind::Number { default, .. } = spec.kind else { panic!("{param} is not a number") };
+    let noisier = E::Params::from_json(&json!({ param: default * factor })).unwrap();
+    let before = whole::<E>(drive);
+    let after = run::<E>(drive, &noisier, None).unwrap().into_series();
+    let mean = |s: &Series| {
+        let values: Vec<f64> = s.column(sigma).unwrap().iter().copied().filter(|v| v.is_finite()).collect();
+        assert!(values.len() > 100, "{} {sigma}", E::NAME);
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    assert!(mean(&after) >= mean(&before), "{}: {param} x {factor} shrinks {sigma}", E::NAME);
+}
+
+macro_rules! estimator_laws {
+    ($name:ident, $estimator:ty, [$($param:literal => $sigma:literal),*]) => {
+        mod $name {
+            use super::*;
+            #[test]
+            fn is_deterministic() {
+                the_same_drive_gives_the_same_bits::<$estimator>(&built_in(40.0, 7));
+            }
+            #[test]
+            fn steps_like_it_runs() {
+                a_run_in_pieces_gives_the_same_bits_as_one_in_one_go::<$estimator>(&built_in(40.0, 7));
+            }
+            #[test]
+            fn ignores_what_it_does_not_use() {
+                a_sensor_that_is_not_used_changes_nothing::<$estimator>(&built_in(40.0, 7));
+            }
+            #[test]
+            fn refuses_parameters_out_of_range() {
+                a_parameter_outside_its_range_is_refused::<$estimator>(&built_in(2.0, 7));
+            }
+            #[test]
+            fn survives_hostile_samples() {
+                hostile_samples_never_panic_and_never_stay::<$estimator>(&built_in(90.0, 7));
+            }
+            $(
+            #[test]
+            fn more_noise_is_never_more_certainty() {
+                more_noise_never_makes_it_surer::<$estimator>(&built_in(60.0, 7), $param, $sigma, 3.0);
+            }
+            )*
+        }
+    };
+}
+
+estimator_laws!(slope, drivescope_estimation::slope::Slope, ["wheel_sigma" => "slope_sigma"]);
+estimator_laws!(orientation, drivescope_estimation::orientation::Orientation, ["field_sigma" => "yaw_sigma"]);
+estimator_laws!(motion_mode, drivescope_estimation::motion_mode::MotionModeDetector, []);
+estimator_laws!(gnss_ins, drivescope_estimation::gnss_ins::GnssIns, ["gnss_scale" => "north_sigma"]);

@@ -1,0 +1,51 @@
+/** Logs that are dropped or chosen, perhaps with a mapping. */
+
+import { h } from './dom';
+import { t } from './messages';
+import type { Session } from './session';
+import type { Store } from './state';
+
+/** Open what was dropped: one JSON file is the mapping of the others. */
+export async function openFiles(store: Store, session: Session, files: File[]): Promise<boolean> {
+  if (files.length === 0) return false;
+  const mappings = files.filter((f) => /\.json$/i.test(f.name));
+  const logs = files.filter((f) => !mappings.includes(f));
+  const [mappingFile] = mappings;
+  if (logs.length === 0 && mappingFile) {
+    store.error.value = t.errors.mappingAlone(mappingFile.name);
+    return false;
+  }
+  let mapping: unknown = null;
+  if (mappingFile) {
+    try {
+      mapping = JSON.parse(await mappingFile.text());
+    } catch (reason) {
+      store.error.value = t.errors.mappingJson(mappingFile.name, reason instanceof Error ? reason.message : String(reason));
+      return false;
+    }
+  }
+  const isOpen = await session.open({ kind: 'files', files: logs, mapping }, logs.map((f) => f.name).join(', '));
+  if (isOpen) session.runAll();
+  return isOpen;
+}
+
+/** The whole page takes files; while one is dragged over it, it says so. */
+export function dropTarget(open: (files: File[]) => void): HTMLElement {
+  const overlay = h('div.drop-overlay', { hidden: true }, h('p', {}, h('strong', {}, t.drop.title), t.drop.hint));
+  const holdsFiles = (event: DragEvent): boolean => event.dataTransfer?.types.includes('Files') ?? false;
+  addEventListener('dragover', (event) => {
+    if (!holdsFiles(event)) return;
+    event.preventDefault();
+    overlay.hidden = false;
+  });
+  addEventListener('dragleave', (event) => {
+    if (event.relatedTarget === null) overlay.hidden = true;
+  });
+  addEventListener('drop', (event) => {
+    overlay.hidden = true;
+    if (!holdsFiles(event)) return;
+    event.preventDefault();
+    open([...(event.dataTransfer?.files ?? [])]);
+  });
+  return overlay;
+}

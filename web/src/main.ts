@@ -1,0 +1,125 @@
+/** The page: builds its parts, opens the built-in drive, and leaves the rest to them. */
+
+import './style/base.css';
+import './style/layout.css';
+import './style/plots.css';
+import './style/panel.css';
+import { h, iconButton, save } from './dom';
+import { dropTarget, openFiles } from './files';
+import { listenToKeys } from './keys';
+import { t } from './messages';
+import { ReportPanel } from './panel/report';
+import { errorBanner, statusLine } from './panel/status';
+import { TunePanel } from './panel/tune';
+import { picture } from './picture';
+import { followTheme } from './plot/palette';
+import { Session } from './session';
+import { Store } from './state';
+import { fromHash, History, type Tuning } from './tuning';
+import { attitudeView } from './views/attitude';
+import { followAddress, header, helpDialog } from './views/header';
+import { modeView } from './views/mode';
+import { slopeView } from './views/slope';
+import { TrajectoryView } from './views/trajectory';
+import { Transport } from './views/transport';
+
+const store = new Store();
+const worker = new Worker(new URL('./worker/worker.ts', import.meta.url), { type: 'module' });
+const session = new Session(store, worker);
+const history = new History<Tuning>(store.tuning.value);
+followTheme(store);
+
+const views = [attitudeView(store, session), slopeView(store, session)];
+const mode = modeView(store, session);
+const trajectory = new TrajectoryView(store, session);
+trajectory.onOutages = (outages) => mode.setOutages(outages);
+const transport = new Transport(store, session);
+const tune = new TunePanel(store, session, history);
+const report = new ReportPanel(store, session);
+const help = helpDialog(store);
+const side = sidePanel();
+
+async function openBuiltIn(name: string, seed: number | null = null): Promise<void> {
+  const title = store.catalogue.value?.drives.find((d) => d.name === name)?.title ?? name;
+  if (await session.open({ kind: 'simulation', name, seed }, title)) session.runAll();
+  else store.report.value && store.builtIn.value !== null && (store.builtIn.value = { ...store.builtIn.value });
+}
+
+async function openDropped(files: File[]): Promise<void> {
+  if (await openFiles(store, session, files)) side.showReport(true);
+}
+
+function savePictures(): void {
+  const named = [...views.map((v) => v.canvases()), mode.canvases(), [trajectory.canvas]];
+  ['attitude', 'slope', 'mode', 'trajectory'].forEach((name, i) => {
+    picture(named[i] ?? []).toBlob((blob) => blob && save(`${name}.png`, blob, 'image/png'));
+  });
+}
+
+/** The side panel: parameters and results, or what the log holds. */
+function sidePanel(): { element: HTMLElement; showReport(isShown: boolean): void; toggleReport(): void } {
+  const close = iconButton('close', t.side.close, () => showReport(false));
+  const page = h('div.report-page', { hidden: true }, h('header', {}, h('h2', {}, t.header.report), close), report.element);
+  const showReport = (isShown: boolean): void => {
+    page.hidden = !isShown;
+    tune.element.hidden = isShown;
+    if (isShown) page.scrollIntoView({ block: 'nearest' });
+  };
+  const element = h('aside.side', { 'aria-label': t.side.label }, tune.element, page);
+  return { element, showReport, toggleReport: () => showReport(page.hidden) };
+}
+
+const bar = header(store, session, {
+  openFiles: (files) => void openDropped(files),
+  openBuiltIn: (name) => void openBuiltIn(name),
+  savePictures,
+  showHelp: () => help.showModal(),
+  showReport: () => side.toggleReport(),
+}, statusLine(store, session));
+
+document.querySelector('#app')?.replaceWith(
+  h(
+    'div.page',
+    {},
+    bar.element,
+    errorBanner(store),
+    h('main', {}, h('div.time-views', {}, ...views.map((v) => v.element), mode.element), h('div.side-column', {}, trajectory.element, side.element)),
+    transport.element,
+    dropTarget((files) => void openDropped(files)),
+    help,
+  ),
+);
+
+listenToKeys(store, {
+  togglePlay: () => transport.toggle(),
+  openDialog: bar.openDialog,
+  showHelp: () => (help.open ? help.close() : help.showModal()),
+  focusView: (key) => {
+    const view = document.querySelector<HTMLElement>(`[data-view="${key}"]`);
+    view?.focus();
+    view?.scrollIntoView({ block: 'nearest' });
+  },
+  focusParams: () => {
+    side.showReport(false);
+    tune.element.querySelector<HTMLElement>('[role=tab][aria-selected=true]')?.focus();
+  },
+  undo: () => tune.undo(),
+  redo: () => tune.redo(),
+  zoomMap: (factor) => trajectory.zoom(factor),
+  fitMap: () => trajectory.fit(),
+});
+
+async function start(): Promise<void> {
+  const catalogue = await session.rpc.call('catalogue', {});
+  const address = fromHash(location.hash, catalogue);
+  history.push(address.tuning);
+  store.catalogue.value = catalogue;
+  store.tuning.value = address.tuning;
+  followAddress(store);
+  const first = address.drive ?? catalogue.drives[0]?.name;
+  if (first !== undefined) await openBuiltIn(first, address.seed);
+}
+
+start().catch((reason: unknown) => {
+  store.error.value = reason instanceof Error ? reason.message : String(reason);
+});

@@ -1,0 +1,74 @@
+/** What is going on (with a way to stop it) and what went wrong. */
+
+import { h, iconButton } from '../dom';
+import { t } from '../messages';
+import type { Session } from '../session';
+import type { Store } from '../state';
+import { perFrame } from '../signal';
+
+/** The line under the header: progress with stop, or nothing. Its place is always kept. */
+export function statusLine(store: Store, session: Session): HTMLElement {
+  const bar = h('progress', { max: 1, 'aria-label': t.work.progress });
+  const text = h('span.status-text');
+  const stop = h('button.quiet', { type: 'button' }, t.work.stop);
+  const line = h('div.status', { role: 'status' }, bar, text, stop);
+  let action = (): void => {};
+  stop.addEventListener('click', () => action());
+  const show = perFrame(() => {
+    const estimators = store.catalogue.value?.estimators ?? [];
+    const running = estimators.filter((e) => store.run(e.name).value.running);
+    const stopped = estimators.filter((e) => store.run(e.name).value.isStopped && !store.run(e.name).value.reply);
+    const work = store.work.value;
+    stop.textContent = t.work.stop;
+    line.dataset['state'] = work || running.length > 0 ? 'busy' : stopped.length > 0 ? 'stopped' : 'idle';
+    const { fraction, words } = describe();
+    if (fraction === null) bar.removeAttribute('value');
+    else bar.value = fraction;
+    text.textContent = words;
+
+    function describe(): { fraction: number | null; words: string } {
+      if (work) {
+        action = work.cancel;
+        const stage = work.progress ? `, ${t.work.stages[work.progress.stage] ?? work.progress.stage}` : '';
+        const rows = work.progress?.rows ? `, ${t.work.rows(work.progress.rows.toLocaleString('en'))}` : '';
+        return { fraction: work.progress?.fraction ?? null, words: `${t.work.opening(work.label)}${stage}${rows}` };
+      }
+      if (running.length > 0) {
+        action = () => session.stop();
+        const total = estimators.length;
+        const done = running.reduce((sum, e) => sum + (store.run(e.name).value.running?.fraction ?? 0), total - running.length);
+        return { fraction: done / total, words: t.work.estimating(running.map((e) => e.title).join(', ')) };
+      }
+      if (stopped.length > 0) {
+        action = () => session.runAll();
+        stop.textContent = t.work.resume;
+        return { fraction: 0, words: t.work.stopped(stopped.map((e) => e.title).join(', ')) };
+      }
+      if (!store.catalogue.value) {
+        line.dataset['state'] = 'busy';
+        return { fraction: null, words: t.work.loading };
+      }
+      return { fraction: 1, words: '' };
+    }
+  });
+  store.work.on(show);
+  store.catalogue.on(() => {
+    for (const e of store.catalogue.value?.estimators ?? []) store.run(e.name).on(show);
+    show();
+  });
+  show();
+  return line;
+}
+
+/** One sentence on what went wrong, until it is dismissed. */
+export function errorBanner(store: Store): HTMLElement {
+  const text = h('p');
+  const banner = h('div.error-banner', { hidden: true }, h('div', { role: 'alert' }, text), iconButton('close', t.errors.dismiss, () => {
+    store.error.value = null;
+  }));
+  store.error.watch((error) => {
+    banner.hidden = error === null;
+    text.textContent = error ?? '';
+  });
+  return banner;
+}

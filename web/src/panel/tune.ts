@@ -1,0 +1,118 @@
+/** The side panel's first page: which estimator, how good it was, its parameters. */
+
+import { h, iconButton } from '../dom';
+import type { EstimatorInfo } from '../door';
+import { t } from '../messages';
+import type { Session } from '../session';
+import type { Store } from '../state';
+import type { History, Tuning } from '../tuning';
+import { ParamList } from './params';
+import { ScoreCard } from './score';
+
+export class TunePanel {
+  readonly element: HTMLElement;
+  #store: Store;
+  #history: History<Tuning>;
+  #tabs = h('div.tabs', { role: 'tablist', 'aria-label': t.params.estimators });
+  #list: ParamList;
+  #score: ScoreCard;
+  #doc = h('p.doc');
+  #vehicle = h('select', { 'aria-label': t.params.vehicle });
+  #count = h('span.count');
+  #undo: HTMLButtonElement;
+  #redo: HTMLButtonElement;
+  #resetAll: HTMLButtonElement;
+
+  constructor(store: Store, session: Session, history: History<Tuning>) {
+    this.#store = store;
+    this.#history = history;
+    this.#list = new ParamList(store, session, history);
+    this.#score = new ScoreCard(store, session);
+    this.#undo = iconButton('undo', t.params.undo, () => this.undo());
+    this.#redo = iconButton('redo', t.params.redo, () => this.redo());
+    this.#resetAll = h('button.quiet', { type: 'button', onclick: () => this.#reset() }, t.params.resetAll);
+    const bar = h('div.params-bar', {}, h('h3', {}, t.params.parameters), this.#count, h('span.spacer'), this.#undo, this.#redo, this.#resetAll);
+    const vehicle = h('label.vehicle', {}, h('span', {}, t.params.vehicle), this.#vehicle);
+    const body = h('div.tab-body', { role: 'tabpanel', id: 'tune-body', 'aria-label': t.params.parameters }, this.#score.element, bar, vehicle, this.#list.element, this.#score.details, this.#doc);
+    this.element = h('div.tune', {}, this.#tabs, body);
+    this.#vehicle.addEventListener('change', () => this.#put({ ...store.tuning.value, vehicle: this.#vehicle.value || null }));
+    store.catalogue.on(() => this.#fill());
+    store.estimator.on(() => this.#choose());
+    store.tuning.on(() => this.#update());
+  }
+
+  undo(): void {
+    if (this.#history.undo()) this.#store.tuning.value = this.#history.now;
+  }
+
+  redo(): void {
+    if (this.#history.redo()) this.#store.tuning.value = this.#history.now;
+  }
+
+  #put(tuning: Tuning): void {
+    this.#history.push(tuning);
+    this.#store.tuning.value = tuning;
+  }
+
+  #reset(): void {
+    const { value } = this.#store.tuning;
+    this.#put({ ...value, params: { ...value.params, [this.#store.estimator.value]: {} } });
+  }
+
+  #info(): EstimatorInfo | null {
+    return this.#store.catalogue.value?.estimators.find((e) => e.name === this.#store.estimator.value) ?? null;
+  }
+
+  #fill(): void {
+    const catalogue = this.#store.catalogue.value;
+    if (!catalogue) return;
+    this.#tabs.replaceChildren(...catalogue.estimators.map((e) => this.#tab(e)));
+    this.#vehicle.replaceChildren(
+      h('option', { value: '' }, t.params.ownVehicle),
+      ...catalogue.vehicles.map((v) => h('option', { value: v.name, title: v.doc }, v.name.replaceAll('_', ' '))),
+    );
+    this.#choose();
+  }
+
+  #tab(estimator: EstimatorInfo): HTMLElement {
+    const tab = h('button', { type: 'button', role: 'tab', id: `tab-${estimator.name}`, 'aria-controls': 'tune-body', title: estimator.doc }, estimator.title);
+    tab.addEventListener('click', () => {
+      this.#store.estimator.value = estimator.name;
+    });
+    tab.addEventListener('keydown', (event) => {
+      const step = event.key === 'ArrowRight' ? 1 : event.key === 'ArrowLeft' ? -1 : 0;
+      if (step === 0) return;
+      event.preventDefault();
+      event.stopPropagation();
+      const all = [...this.#tabs.children] as HTMLElement[];
+      const next = all[(all.indexOf(tab) + step + all.length) % all.length];
+      next?.click();
+      next?.focus();
+    });
+    return tab;
+  }
+
+  #choose(): void {
+    const info = this.#info();
+    for (const tab of this.#tabs.children) {
+      const isChosen = tab.id === `tab-${info?.name}`;
+      tab.setAttribute('aria-selected', String(isChosen));
+      tab.setAttribute('tabindex', isChosen ? '0' : '-1');
+      if (isChosen) tab.scrollIntoView({ block: 'nearest', inline: 'nearest' });
+    }
+    this.#list.setEstimator(info);
+    this.#score.setEstimator(info);
+    this.#doc.textContent = info?.doc ?? '';
+    this.#update();
+  }
+
+  #update(): void {
+    const { value } = this.#store.tuning;
+    const changed = Object.keys(value.params[this.#store.estimator.value] ?? {}).length;
+    this.#count.textContent = t.params.changedCount(changed);
+    this.#resetAll.disabled = changed === 0;
+    this.#undo.disabled = !this.#history.canUndo;
+    this.#redo.disabled = !this.#history.canRedo;
+    this.#vehicle.value = value.vehicle ?? '';
+  }
+}

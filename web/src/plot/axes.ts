@@ -1,0 +1,60 @@
+/** Ticks, ranges and the common left and right edges of all plots. */
+
+import { formatTime } from '../units';
+import type { Points } from './gaps';
+
+/** Width of the column of numbers left of every plot, CSS px. */
+export const LEFT = 50;
+/** Room right of every plot, CSS px. */
+export const RIGHT = 20;
+
+/** The range of an axis that holds every curve, at least `least` high, with a little room. */
+export function rangeOf(curves: Points[], least: number, isLog: boolean): [number, number] {
+  let low = Number.POSITIVE_INFINITY;
+  let high = Number.NEGATIVE_INFINITY;
+  for (const curve of curves) {
+    for (const value of curve) {
+      if (value === null || (isLog && value <= 0)) continue;
+      if (value < low) low = value;
+      if (value > high) high = value;
+    }
+  }
+  if (low > high) return isLog ? [0.1, 10] : [-least / 2, least / 2];
+  if (isLog) return [low / 1.3, Math.max(high, low * 10) * 1.3];
+  const room = Math.max((high - low) * 0.06, (least - (high - low)) / 2);
+  return [low - room, high + room];
+}
+
+/** Widen a range for the band about its curves, but let a band that dwarfs the curves leave the plot. */
+export function withBand(range: [number, number], low: Points, high: Points): [number, number] {
+  const height = range[1] - range[0];
+  const [bandLow, bandHigh] = rangeOf([low, high], 0, false);
+  return [Math.max(Math.min(range[0], bandLow), range[0] - 0.6 * height), Math.min(Math.max(range[1], bandHigh), range[1] + 0.6 * height)];
+}
+
+/** Labels of instants, as fine as their spacing. */
+export function timeLabels(times: number[], spacing: number): string[] {
+  const digits = spacing >= 1 ? 0 : spacing >= 0.1 ? 1 : spacing >= 0.01 ? 2 : 3;
+  return times.map((time) => formatTime(time, digits));
+}
+
+/** Spacings of time ticks, s. */
+export const TIME_STEPS = [
+  0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200,
+];
+
+/** Spacings of value ticks. */
+export const VALUE_STEPS = Array.from({ length: 16 }, (_, i) => [1, 2, 5].map((m) => m * 10 ** (i - 7))).flat();
+
+/** Spacings of the ticks of an angle in degrees that goes round. */
+export const TURN_STEPS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 45, 90, 180];
+
+/** Labels of a value axis: as many digits as its spacing needs. */
+export function valueLabels(values: (number | null)[], spacing: number): string[] {
+  const digits = Math.min(6, Math.max(0, -Math.floor(Math.log10(Math.abs(spacing) || 1) + 1e-9)));
+  return values.map((value) => {
+    if (value === null) return '';
+    const text = Math.abs(value) >= 1e5 ? value.toExponential(0) : value.toFixed(digits);
+    return text.replace('-', '−');
+  });
+}

@@ -1,0 +1,36 @@
+/** The one place where "no value here" turns from NaN (columns) into null (plots). */
+
+export type Points = (number | null)[];
+
+/** Values as a plot wants them, each through `shown`; what is not finite becomes a gap. */
+export function withGaps(values: ArrayLike<number>, shown: (value: number) => number): Points {
+  const out: Points = new Array(values.length);
+  for (let i = 0; i < values.length; i++) {
+    const value = shown(values[i] as number);
+    out[i] = Number.isFinite(value) ? value : null;
+  }
+  return out;
+}
+
+/** Break an angle's curve where it goes round, so that no line crosses the plot: `half` is half a turn. */
+export function breakTurns(points: Points, half: number): Points {
+  let last: number | null = null;
+  return points.map((value) => {
+    const isJump = value !== null && last !== null && Math.abs(value - last) > half;
+    last = value;
+    return isJump ? null : value;
+  });
+}
+
+/** The edges of a band about `values`, three sigmas wide on either side; gaps where there is no sigma. */
+export function band(values: ArrayLike<number>, sigmas: ArrayLike<number>): { low: Float64Array; high: Float64Array } {
+  const low = new Float64Array(values.length);
+  const high = new Float64Array(values.length);
+  for (let i = 0; i < values.length; i++) {
+    const value = values[i] as number;
+    const reach = 3 * (sigmas[i] ?? Number.NaN);
+    low[i] = value - reach;
+    high[i] = value + reach;
+  }
+  return { low, high };
+}

@@ -1,0 +1,154 @@
+/** Curves with bands over time: a thin layer over uPlot, which only draws. */
+
+import uPlot from 'uplot';
+import { LEFT, RIGHT, rangeOf, TIME_STEPS, timeLabels, VALUE_STEPS, valueLabels, withBand } from './axes';
+import type { Points } from './gaps';
+import { CANVAS_FONT, type ColourName, palette } from './palette';
+
+/** How a curve is drawn. */
+export interface CurveStyle {
+  colour: ColourName;
+  width: number;
+  dash?: number[];
+  band?: ColourName;
+  isStep?: boolean;
+}
+
+/** What a curve shows, in displayed units. */
+export interface CurveData {
+  line: Points;
+  low?: Points;
+  high?: Points;
+  isShown: boolean;
+  isBandShown: boolean;
+}
+
+export interface PlotOptions {
+  styles: CurveStyle[];
+  isLog: boolean;
+  hasTimeAxis: boolean;
+  /** Spacings of value ticks to choose from, where they are not decimal. */
+  steps?: number[];
+}
+
+/** Series of uPlot per curve: low edge, high edge, line. */
+const PER_CURVE = 3;
+
+export class TimePlot {
+  #plot: uPlot;
+  #options: PlotOptions;
+  #host: HTMLElement;
+  #window: [number, number] = [0, 1];
+  #range: [number, number] = [-1, 1];
+
+  constructor(host: HTMLElement, options: PlotOptions) {
+    this.#host = host;
+    this.#options = options;
+    if (options.isLog) this.#range = [0.1, 10];
+    this.#plot = this.#make(Math.max(host.clientWidth, 100), Math.max(host.clientHeight, 40));
+    palette.on(() => this.#remake());
+  }
+
+  #remake(): void {
+    const { data, width, height } = this.#plot;
+    const shown = this.#plot.series.map((s) => s.show ?? true);
+    this.#plot.destroy();
+    this.#plot = this.#make(width, height);
+    this.#plot.batch(() => shown.forEach((show, i) => i > 0 && this.#plot.setSeries(i, { show })));
+    this.#plot.setData(data);
+  }
+
+  #make(width: number, height: number): uPlot {
+    const { styles, isLog, hasTimeAxis } = this.#options;
+    const colours = palette.value;
+    const series: uPlot.Series[] = [{}];
+    const bands: uPlot.Band[] = [];
+    for (const style of styles) {
+      const stepped = style.isStep ? uPlot.paths.stepped?.({ align: 1 }) : undefined;
+      const common = { points: { show: false }, spanGaps: false, ...(stepped ? { paths: stepped } : {}) };
+      const edge = series.length;
+      if (style.band) bands.push({ series: [edge + 1, edge], fill: colours[style.band] });
+      series.push({ ...common, width: 0, stroke: 'transparent' }, { ...common, width: 0, stroke: 'transparent' });
+      series.push({ ...common, stroke: colours[style.colour], width: style.width, ...(style.dash ? { dash: style.dash } : {}) });
+    }
+    const axis = { stroke: colours.muted, font: CANVAS_FONT, grid: { stroke: colours.grid, width: 1 } };
+    const options: uPlot.Options = {
+      width,
+      height,
+      padding: [5, RIGHT, hasTimeAxis ? 0 : 5, 0],
+      cursor: { show: false },
+      legend: { show: false },
+      series,
+      bands,
+      scales: {
+        x: { time: false, range: () => this.#window },
+        y: isLog ? { distr: 3, range: () => this.#range } : { range: () => this.#range },
+      },
+      axes: [
+        {
+          ...axis,
+          size: hasTimeAxis ? 22 : 0,
+          gap: 3,
+          space: 84,
+          incrs: TIME_STEPS,
+          ticks: { show: false },
+          values: hasTimeAxis ? (_u, times, _axis, _space, spacing) => timeLabels(times, spacing) : () => [],
+        },
+        {
+          ...axis,
+          size: LEFT,
+          gap: 5,
+          space: isLog ? 16 : 19,
+          ...(isLog ? {} : { incrs: this.#options.steps ?? VALUE_STEPS }),
+          ticks: { show: false },
+          values: isLog
+            ? (_u, values) => values.map((v) => (v !== null && Number.isInteger(Math.log10(v) + 0) ? powerLabel(v) : ''))
+            : (_u, values, _axis, _space, spacing) => valueLabels(values, spacing),
+        },
+      ],
+    };
+    const empty: uPlot.AlignedData = [[], ...series.slice(1).map(() => [])];
+    return new uPlot(options, empty, this.#host);
+  }
+
+  /** Draw curves on common instants. `least` is the least height of the value axis. */
+  setData(times: ArrayLike<number>, curves: CurveData[], least: number): void {
+    const shown = curves.filter((c) => c.isShown);
+    this.#range = rangeOf(shown.map((c) => c.line), least, this.#options.isLog);
+    for (const c of shown) {
+      if (c.low && c.high && c.isBandShown && !this.#options.isLog) this.#range = withBand(this.#range, c.low, c.high);
+    }
+    const none: Points = new Array(times.length).fill(null);
+    const columns = curves.flatMap((c) => [c.low ?? none, c.high ?? none, c.line.length === times.length ? c.line : none]);
+    const plot = this.#plot;
+    plot.batch(() => {
+      curves.forEach((c, i) => {
+        const isBand = c.isShown && c.isBandShown;
+        [isBand, isBand, c.isShown].forEach((show, k) => {
+          const index = 1 + PER_CURVE * i + k;
+          if (plot.series[index]?.show !== show) plot.setSeries(index, { show });
+        });
+      });
+      plot.setData([times as number[], ...columns] as uPlot.AlignedData);
+    });
+  }
+
+  setWindow(t0: number, t1: number): void {
+    this.#window = [t0, t1];
+    this.#plot.setScale('x', { min: t0, max: t1 });
+  }
+
+  setSize(width: number, height: number): void {
+    if (width < 50 || height < 20) return;
+    this.#plot.setSize({ width, height });
+  }
+
+  get canvas(): HTMLCanvasElement {
+    return this.#plot.ctx.canvas;
+  }
+}
+
+function powerLabel(value: number): string {
+  if (value >= 0.01 && value < 10_000) return String(Number(value.toPrecision(3)));
+  return value.toExponential(0).replace('e+', 'e').replace('-', '−');
+}

@@ -1,0 +1,165 @@
+/** The page's side of the session: opens drives, runs estimators with the latest tuning, tells the store. */
+
+import type { DriveReport } from './door';
+import { t } from './messages';
+import { isRunnable, type Store } from './state';
+import { sameFor, type Tuning } from './tuning';
+import { Cancelled, type OpenRequest, type Pending, RpcClient, type RunReply } from './worker/rpc';
+
+/** A run expected to end sooner than this (s) is let finish while a slider moves, so that the curve follows. */
+const SHORT_RUN = 0.4;
+
+interface Runner {
+  pending: Pending<RunReply> | null;
+  /** What the run under way, or the latest result, was tuned with. */
+  tuned: Tuning | null;
+  /** A run was asked for while another was under way. */
+  isAsked: boolean;
+}
+
+export class Session {
+  readonly rpc: RpcClient;
+  #store: Store;
+  #runners = new Map<string, Runner>();
+  #opening: Pending<DriveReport> | null = null;
+
+  constructor(store: Store, worker: Worker) {
+    this.#store = store;
+    this.rpc = new RpcClient(worker);
+    this.rpc.onDead = (reason) => {
+      store.error.value = t.errors.dead(reason);
+    };
+    worker.addEventListener('error', () => {
+      store.error.value = t.errors.worker;
+    });
+    store.tuning.on((tuning) => this.#retune(tuning));
+  }
+
+  /** Open a drive and estimate it; what is open stays until that has succeeded. True if it has. */
+  async open(request: OpenRequest, label: string): Promise<boolean> {
+    const store = this.#store;
+    this.#opening?.cancel();
+    const pending = this.rpc.start('open', request, (progress) => {
+      if (this.#opening === pending) store.work.value = { label, progress, cancel: pending.cancel };
+    });
+    this.#opening = pending;
+    store.work.value = { label, progress: null, cancel: pending.cancel };
+    store.error.value = null;
+    try {
+      const report = await pending.answer;
+      for (const runner of this.#runners.values()) runner.tuned = null;
+      store.builtIn.value = request.kind === 'simulation' ? { name: request.name, seed: request.seed } : null;
+      store.openDrive(report);
+      return true;
+    } catch (reason) {
+      if (!(reason instanceof Cancelled)) store.error.value = reason instanceof Error ? reason.message : String(reason);
+      return false;
+    } finally {
+      if (this.#opening === pending) {
+        this.#opening = null;
+        store.work.value = null;
+      }
+    }
+  }
+
+  /** Run every estimator that can run. */
+  runAll(): void {
+    for (const estimator of this.#store.catalogue.value?.estimators ?? []) this.#request(estimator.name);
+  }
+
+  /** Give up every run under way; earlier results stay. */
+  stop(): void {
+    for (const runner of this.#runners.values()) {
+      runner.isAsked = false;
+      runner.pending?.cancel();
+    }
+  }
+
+  /** Hold the result before the latest one as the ghost, whatever is run next, or let go of it. */
+  keepGhost(estimator: string, isKept: boolean): void {
+    this.#store.patchRun(estimator, { isKept });
+    void this.rpc.call('keep_previous', { estimator, keep: isKept });
+  }
+
+  /** Forget the ghost. */
+  clearGhost(estimator: string): void {
+    const { reply } = this.#store.run(estimator).value;
+    if (reply) this.#store.patchRun(estimator, { reply: { ...reply, previous: null, change: null } });
+    this.keepGhost(estimator, false);
+    void this.rpc.call('drop_previous', { estimator });
+  }
+
+  /** While a slider is dragged, the result from before the drag is what the new one is compared with. */
+  beginGesture(estimator: string): void {
+    const run = this.#store.run(estimator).value;
+    if (run.isKept) return;
+    void this.rpc.call('drop_previous', { estimator });
+    void this.rpc.call('keep_previous', { estimator, keep: true });
+  }
+
+  endGesture(estimator: string): void {
+    if (!this.#store.run(estimator).value.isKept) this.#whenIdle(estimator, () => this.keepGhost(estimator, false));
+  }
+
+  #whenIdle(estimator: string, action: () => void): void {
+    const pending = this.#runners.get(estimator)?.pending;
+    if (!pending) action();
+    else void pending.answer.catch(() => undefined).then(() => setTimeout(() => this.#whenIdle(estimator, action)));
+  }
+
+  #retune(tuning: Tuning): void {
+    for (const [estimator, runner] of this.#runners) {
+      if (runner.tuned && !sameFor(estimator, tuning, runner.tuned)) this.#request(estimator);
+    }
+  }
+
+  #runner(estimator: string): Runner {
+    let runner = this.#runners.get(estimator);
+    if (!runner) {
+      runner = { pending: null, tuned: null, isAsked: false };
+      this.#runners.set(estimator, runner);
+    }
+    return runner;
+  }
+
+  #request(estimator: string): void {
+    const runner = this.#runner(estimator);
+    if (!runner.pending) {
+      void this.#run(estimator, runner);
+      return;
+    }
+    runner.isAsked = true;
+    const seconds = this.#store.run(estimator).value.reply?.current.seconds;
+    if (seconds === undefined || seconds > SHORT_RUN) runner.pending.cancel();
+  }
+
+  async #run(estimator: string, runner: Runner): Promise<void> {
+    const store = this.#store;
+    do {
+      runner.isAsked = false;
+      if (!isRunnable(store.report.value, estimator)) return;
+      const drive = store.report.value;
+      const tuning = store.tuning.value;
+      const pending = this.rpc.start(
+        'run',
+        { estimator, params: { ...tuning.params[estimator] }, vehicle: tuning.vehicle },
+        (running) => {
+          if (store.report.value === drive) store.patchRun(estimator, { running });
+        },
+      );
+      runner.pending = pending;
+      runner.tuned = tuning;
+      store.patchRun(estimator, { running: { done: false, fraction: 0, stage: 'estimating', rows: 0 }, error: null, isStopped: false });
+      try {
+        const reply = await pending.answer;
+        if (store.report.value === drive) store.patchRun(estimator, { reply, running: null });
+      } catch (reason) {
+        const isCancelled = reason instanceof Cancelled;
+        const error = isCancelled ? null : reason instanceof Error ? reason.message : String(reason);
+        const isStopped = isCancelled && !runner.isAsked;
+        if (store.report.value === drive) store.patchRun(estimator, { running: null, error, isStopped });
+      }
+      runner.pending = null;
+    } while (runner.isAsked);
+  }
+}

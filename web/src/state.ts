@@ -1,0 +1,127 @@
+/** Everything the page knows, in one place; views listen to the parts they show. */
+
+import type { Catalogue, DriveReport, Progress } from './door';
+import { Signal } from './signal';
+import { type Tuning, UNTUNED } from './tuning';
+import { DEFAULT_DISPLAY, type Display } from './units';
+import type { RunReply } from './worker/rpc';
+
+/** A stretch of time, s. */
+export interface Span {
+  readonly t0: number;
+  readonly t1: number;
+}
+
+/** Where the runs of one estimator stand. */
+export interface RunState {
+  /** The latest result with the one before it; null before the first. */
+  readonly reply: RunReply | null;
+  /** Progress of the run under way. */
+  readonly running: Progress | null;
+  /** The sentence with which the last run ended, if it failed. */
+  readonly error: string | null;
+  /** Whether someone stopped the last run. */
+  readonly isStopped: boolean;
+  /** Whether the curve before stays whatever is tuned next. */
+  readonly isKept: boolean;
+}
+
+const NO_RUN: RunState = { reply: null, running: null, error: null, isStopped: false, isKept: false };
+
+/** Opening, under way. */
+export interface Work {
+  readonly label: string;
+  readonly progress: Progress | null;
+  cancel(): void;
+}
+
+/** Shortest stretch that can be zoomed into, s. */
+const SHORTEST = 0.05;
+
+export class Store {
+  readonly catalogue = new Signal<Catalogue | null>(null);
+  readonly report = new Signal<DriveReport | null>(null);
+  readonly work = new Signal<Work | null>(null);
+  readonly error = new Signal<string | null>(null);
+  readonly builtIn = new Signal<{ name: string; seed: number | null } | null>(null);
+
+  readonly span = new Signal<Span>({ t0: 0, t1: 1 });
+  readonly window = new Signal<Span>({ t0: 0, t1: 1 });
+  readonly cursor = new Signal(0);
+  readonly isPlaying = new Signal(false);
+  readonly rate = new Signal(10);
+
+  readonly display = new Signal<Display>(DEFAULT_DISPLAY);
+  readonly theme = new Signal<'auto' | 'light' | 'dark'>('auto');
+  readonly tuning = new Signal<Tuning>(UNTUNED);
+  readonly estimator = new Signal<string>('orientation');
+  #runs = new Map<string, Signal<RunState>>();
+
+  /** The runs of an estimator. */
+  run(estimator: string): Signal<RunState> {
+    let run = this.#runs.get(estimator);
+    if (!run) {
+      run = new Signal(NO_RUN);
+      this.#runs.set(estimator, run);
+    }
+    return run;
+  }
+
+  /** Change some of what is known of an estimator's runs. */
+  patchRun(estimator: string, patch: Partial<RunState>): void {
+    const run = this.run(estimator);
+    run.value = { ...run.value, ...patch };
+  }
+
+  /** A new drive is open: its whole length is shown and nothing has been estimated. */
+  openDrive(report: DriveReport): void {
+    const span = { t0: report.start, t1: Math.max(report.end, report.start + SHORTEST) };
+    this.isPlaying.value = false;
+    for (const run of this.#runs.values()) run.value = NO_RUN;
+    this.report.value = report;
+    this.span.value = span;
+    this.window.value = span;
+    this.cursor.value = span.t0;
+  }
+
+  /** Show a stretch, kept inside the drive. */
+  show(t0: number, t1: number): void {
+    const span = this.span.value;
+    const length = Math.min(Math.max(t1 - t0, SHORTEST), span.t1 - span.t0);
+    const middle = (t0 + t1) / 2;
+    const start = Math.min(Math.max(middle - length / 2, span.t0), span.t1 - length);
+    this.window.value = { t0: start, t1: start + length };
+  }
+
+  /** Show `factor` times as much, with the instant `about` staying in place. */
+  zoom(factor: number, about: number): void {
+    const { t0, t1 } = this.window.value;
+    this.show(about - (about - t0) * factor, about + (t1 - about) * factor);
+  }
+
+  /** Move what is shown by a share of its length. */
+  pan(share: number): void {
+    const { t0, t1 } = this.window.value;
+    this.show(t0 + share * (t1 - t0), t1 + share * (t1 - t0));
+  }
+
+  /** Put the cursor at an instant of the drive. */
+  moveCursor(time: number): void {
+    const span = this.span.value;
+    this.cursor.value = Math.min(span.t1, Math.max(span.t0, time));
+  }
+
+  /** Turn the page when the cursor has left what is shown. */
+  follow(): void {
+    const { t0, t1 } = this.window.value;
+    const time = this.cursor.value;
+    if (time >= t0 && time <= t1) return;
+    const length = t1 - t0;
+    this.show(time - 0.05 * length, time + 0.95 * length);
+  }
+}
+
+/** Whether an estimator has everything it needs in the open drive. */
+export function isRunnable(report: DriveReport | null, estimator: string): boolean {
+  return report?.estimators.find((e) => e.name === estimator)?.runnable ?? false;
+}

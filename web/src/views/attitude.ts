@@ -1,0 +1,58 @@
+/** Roll, pitch and yaw with their bands. */
+
+import { h } from '../dom';
+import { t } from '../messages';
+import type { Session } from '../session';
+import type { Store } from '../state';
+import { type CurveSpec, type LaneSpec, STYLES } from './curves';
+import { TimeView } from './time-view';
+
+type Choice = 'orientation' | 'gnss_ins' | 'both';
+
+function lane(key: 'roll' | 'pitch' | 'yaw'): LaneSpec {
+  const of = (estimator: string, which: 'current' | 'previous'): CurveSpec['source'] => ({ estimator, which });
+  const curves: CurveSpec[] = [
+    { id: 'ghost', label: t.curves.ghost, source: of('orientation', 'previous'), column: key, style: STYLES.ghost, isOn: true },
+    { id: 'ghost2', label: t.curves.ghost, source: of('gnss_ins', 'previous'), column: key, style: STYLES.ghost, isOn: true },
+    { id: 'gnss_ins', label: t.attitudeSource.gnss_ins, source: of('gnss_ins', 'current'), column: key, sigma: `${key}_sigma`, style: STYLES.second, isOn: true },
+    { id: 'orientation', label: t.curves.estimate, source: of('orientation', 'current'), column: key, sigma: `${key}_sigma`, style: STYLES.estimate, isOn: true },
+    { id: 'truth', label: t.curves.truth, source: 'truth', column: key, style: STYLES.truth, isOn: true },
+  ];
+  if (key === 'yaw') {
+    curves.unshift({ id: 'course', label: t.curves.course, source: 'drive', column: 'course', style: STYLES.raw, isOn: false });
+  }
+  return {
+    key,
+    title: t.lanes[key],
+    quantity: 'angle',
+    unit: 'rad',
+    curves,
+    isCircular: key === 'yaw',
+    least: key === 'yaw' ? 0.1 : 0.035,
+    weight: 1,
+  };
+}
+
+/** The view with the choice between the two estimators that know the attitude. */
+export function attitudeView(store: Store, session: Session): TimeView {
+  const choose = h('div.segmented', { role: 'radiogroup', 'aria-label': t.views.source });
+  const view = new TimeView(store, session, {
+    title: t.views.attitude,
+    key: '1',
+    lanes: [lane('roll'), lane('pitch'), lane('yaw')],
+    controls: [choose],
+  });
+  const apply = (choice: Choice): void => {
+    for (const l of view.lanes) {
+      l.offer((curve) => typeof curve.source !== 'object' || choice === 'both' || curve.source.estimator === choice);
+    }
+    view.changed();
+  };
+  for (const choice of ['orientation', 'gnss_ins', 'both'] as const) {
+    const input = h('input', { type: 'radio', name: 'attitude-source', value: choice, checked: choice === 'orientation' });
+    input.addEventListener('change', () => apply(choice));
+    choose.append(h('label', {}, input, h('span', {}, t.attitudeSource[choice])));
+  }
+  apply('orientation');
+  return view;
+}

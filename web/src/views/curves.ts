@@ -1,0 +1,63 @@
+/** What the lanes of a view show, and whether the open drive has it. */
+
+import type { CurveStyle } from '../plot/time-plot';
+import type { Store } from '../state';
+import type { Quantity } from '../units';
+
+/** A curve of a lane. */
+export interface CurveSpec {
+  id: string;
+  label: string;
+  /** `drive`, `truth`, or an estimator's name with the result meant. */
+  source: 'drive' | 'truth' | { estimator: string; which: 'current' | 'previous' };
+  column: string;
+  /** Column of the 1-sigma, drawn as a band. */
+  sigma?: string;
+  style: CurveStyle;
+  isOn: boolean;
+}
+
+/** A plot of one quantity. */
+export interface LaneSpec {
+  key: string;
+  title: string;
+  quantity: Quantity;
+  /** SI unit, shown for plain quantities. */
+  unit: string;
+  curves: CurveSpec[];
+  isLog?: boolean;
+  isCircular?: boolean;
+  /** Least height of the value axis, SI. */
+  least: number;
+  /** Height relative to other lanes. */
+  weight: number;
+}
+
+/** The name under which the core knows a curve's numbers now; null if there are none. */
+export function sourceOf(store: Store, curve: CurveSpec): string | null {
+  const { source, column } = curve;
+  const report = store.report.value;
+  if (!report) return null;
+  if (source === 'truth') return report.truth.includes(column) ? 'truth' : null;
+  if (source === 'drive') return report.channels.some((c) => c.columns.includes(column)) ? 'drive' : null;
+  const { reply, running } = store.run(source.estimator).value;
+  if (source.which === 'previous') return reply?.previous ? `${source.estimator}:previous` : null;
+  if (reply) return `${source.estimator}:current`;
+  return running && running.rows > 0 ? `${source.estimator}:running` : null;
+}
+
+/** The estimators whose results a set of lanes shows. */
+export function estimatorsOf(lanes: LaneSpec[]): string[] {
+  const names = lanes.flatMap((lane) => lane.curves.flatMap((c) => (typeof c.source === 'object' ? [c.source.estimator] : [])));
+  return [...new Set(names)];
+}
+
+/** The usual curves of a quantity: estimate with band, the estimate before, truth. */
+export const STYLES: Record<'estimate' | 'second' | 'truth' | 'ghost' | 'raw' | 'threshold', CurveStyle> = {
+  estimate: { colour: 'estimate', width: 1.5, band: 'estimate-band' },
+  second: { colour: 'second', width: 1.5, band: 'second-band' },
+  truth: { colour: 'truth', width: 1.1, dash: [2, 3] },
+  ghost: { colour: 'ghost', width: 1.3, dash: [6, 4] },
+  raw: { colour: 'raw', width: 1 },
+  threshold: { colour: 'threshold', width: 1.2, dash: [8, 3], isStep: true },
+};

@@ -1,0 +1,173 @@
+/** The bar at the top: which drive, opening a log, saving results, how things are displayed. */
+
+import { h, iconButton, save } from '../dom';
+import { t } from '../messages';
+import type { Session } from '../session';
+import type { Store } from '../state';
+import { toHash } from '../tuning';
+import type { Display } from '../units';
+
+export interface HeaderActions {
+  openFiles(files: File[]): void;
+  openBuiltIn(name: string): void;
+  savePictures(): void;
+  showHelp(): void;
+  showReport(): void;
+}
+
+let nextId = 0;
+
+/** A button with a panel that opens under it and closes by Escape or a click elsewhere. */
+function menu(label: string, content: HTMLElement): HTMLElement {
+  const id = `menu-${nextId++}`;
+  content.id = id;
+  content.classList.add('menu');
+  content.setAttribute('popover', 'auto');
+  const button = h('button', { type: 'button', popovertarget: id, 'aria-haspopup': 'true' }, label, h('span.caret', { 'aria-hidden': 'true' }));
+  content.addEventListener('beforetoggle', () => {
+    const box = button.getBoundingClientRect();
+    content.style.top = `${box.bottom + 4}px`;
+    content.style.right = `${Math.max(8, document.documentElement.clientWidth - box.right)}px`;
+  });
+  return h('div.menu-holder', {}, button, content);
+}
+
+function radios<T extends string>(legend: string, name: string, now: T, options: [T, string][], choose: (value: T) => void): HTMLElement {
+  const choices = options.map(([value, label]) => {
+    const input = h('input', { type: 'radio', name, value, checked: value === now });
+    input.addEventListener('change', () => choose(value));
+    return h('label', {}, input, h('span', {}, label));
+  });
+  return h('fieldset', {}, h('legend', {}, legend), h('div.segmented', {}, ...choices));
+}
+
+function displayMenu(store: Store): HTMLElement {
+  const { value } = store.display;
+  const set = (patch: Partial<Display>): void => {
+    store.display.value = { ...store.display.value, ...patch };
+  };
+  const note = h('p.note');
+  store.display.watch(({ axes }) => {
+    note.textContent = `${axes === 'sae' ? t.display.saeNote : t.display.isoNote} ${t.display.gradeNote}`;
+  });
+  const d = t.display;
+  return menu(
+    t.header.display,
+    h(
+      'div.display-menu',
+      {},
+      radios(d.angle, 'angle', value.angle, [['deg', d.degrees], ['rad', d.radians]], (angle) => set({ angle })),
+      radios(d.speed, 'speed', value.speed, [['km/h', 'km/h'], ['m/s', 'm/s'], ['mph', 'mph']], (speed) => set({ speed })),
+      radios(d.grade, 'grade', value.grade, [['percent', d.percent], ['angle', d.likeAngles]], (grade) => set({ grade })),
+      radios(d.axes, 'axes', value.axes, [['sae', d.sae], ['iso', d.iso]], (axes) => set({ axes })),
+      note,
+      radios(d.theme, 'theme', store.theme.value, [['auto', d.auto], ['light', d.light], ['dark', d.dark]], (theme) => {
+        store.theme.value = theme;
+      }),
+    ),
+  );
+}
+
+function exportMenu(store: Store, session: Session, actions: HeaderActions): HTMLElement {
+  const list = h('div.export-menu', { role: 'group', 'aria-label': t.header.export });
+  const name = (): string => (store.report.value?.name ?? 'drive').replace(/\.[^.]*$/, '').replace(/[^\w.-]+/g, '_');
+  const item = (label: string, action: () => void | Promise<void>): HTMLButtonElement =>
+    h('button', { type: 'button', onclick: () => {
+      list.hidePopover();
+      void Promise.resolve(action()).catch((reason: unknown) => {
+        store.error.value = reason instanceof Error ? reason.message : String(reason);
+      });
+    } }, label);
+  const csv = async (source: string, suffix: string): Promise<void> => {
+    const bytes = await session.rpc.call('csv', { source });
+    save(`${name()}${suffix}.csv`, bytes as Uint8Array<ArrayBuffer>, 'text/csv');
+  };
+  const fill = (): void => {
+    const done = (store.catalogue.value?.estimators ?? []).filter((e) => store.run(e.name).value.reply);
+    list.replaceChildren(
+      ...done.map((e) => item(t.header.exportEstimates(e.title), () => csv(`${e.name}:current`, `_${e.name}`))),
+      item(t.header.exportDrive, () => csv('drive', '')),
+      item(t.header.exportTuning, () => save(`${name()}_params.json`, JSON.stringify(store.tuning.value.params, null, 2), 'application/json')),
+      ...(store.report.value?.kind === 'file' ? [item(t.header.exportMapping, () => saveMapping(session, name()))] : []),
+      item(t.header.exportPlots, actions.savePictures),
+      item(t.header.copyLink, () => navigator.clipboard.writeText(location.href)),
+    );
+  };
+  list.addEventListener('beforetoggle', fill);
+  return menu(t.header.export, list);
+}
+
+/** Give the reader the mapping with which the open log was read. */
+export async function saveMapping(session: Session, name: string): Promise<void> {
+  const mapping = await session.rpc.call('mapping', {});
+  save(`${name}_mapping.json`, JSON.stringify(mapping, null, 2), 'application/json');
+}
+
+export function header(store: Store, session: Session, actions: HeaderActions, status: HTMLElement): { element: HTMLElement; openDialog: () => void } {
+  const chooser = h('select.drive-chooser', { 'aria-label': t.header.drive });
+  const fillChooser = (): void => {
+    const drives = store.catalogue.value?.drives ?? [];
+    const report = store.report.value;
+    chooser.replaceChildren(...drives.map((d) => h('option', { value: d.name, title: d.doc, selected: store.builtIn.value?.name === d.name }, d.title)));
+    if (report?.kind === 'file') chooser.prepend(h('option', { value: '', selected: true }, t.header.chosenFile(report.name)));
+  };
+  store.catalogue.on(fillChooser);
+  store.report.on(fillChooser);
+  chooser.addEventListener('change', () => chooser.value && actions.openBuiltIn(chooser.value));
+
+  const input = h('input', { type: 'file', multiple: true, hidden: true, accept: '.csv,.txt,.tsv,.json,text/csv,application/json', 'aria-label': t.header.openFile, tabindex: '-1' });
+  input.addEventListener('change', () => {
+    actions.openFiles([...(input.files ?? [])]);
+    input.value = '';
+  });
+  const open = h('button.primary', { type: 'button', onclick: () => input.click() }, t.header.openFile);
+  const report = h('button', { type: 'button', onclick: actions.showReport }, t.header.report);
+  const help = h('button.icon-button', { type: 'button', title: t.header.help, 'aria-label': t.header.help, onclick: actions.showHelp }, h('span', { 'aria-hidden': 'true' }, '?'));
+  const element = h(
+    'header.bar',
+    {},
+    h('h1', {}, t.name),
+    chooser,
+    report,
+    open,
+    input,
+    status,
+    exportMenu(store, session, actions),
+    displayMenu(store),
+    help,
+  );
+  return { element, openDialog: () => input.click() };
+}
+
+/** Keep the address in step with what is tuned, so that it can be shared. */
+export function followAddress(store: Store): void {
+  const write = (): void => {
+    const builtIn = store.builtIn.value;
+    const hash = toHash({ drive: builtIn?.name ?? null, seed: builtIn?.seed ?? null, tuning: store.tuning.value });
+    history.replaceState(null, '', hash === '' ? location.pathname + location.search : `#${hash}`);
+  };
+  store.tuning.on(write);
+  store.builtIn.on(write);
+}
+
+/** The keyboard page. */
+export function helpDialog(store: Store): HTMLDialogElement {
+  const rows = t.help.keys.map(([keys, what]) => h('tr', {}, h('th', { scope: 'row' }, h('kbd', {}, keys)), h('td', {}, what)));
+  const version = h('p.note');
+  store.catalogue.watch((catalogue) => {
+    version.textContent = catalogue ? t.help.version(catalogue.version) : '';
+  });
+  const dialog = h('dialog.help', { 'aria-label': t.help.title });
+  dialog.append(
+    h('header', {}, h('h2', {}, t.help.title), iconButton('close', t.help.close, () => dialog.close())),
+    h('table', {}, h('tbody', {}, ...rows)),
+    h('h2', {}, t.help.mouse),
+    h('p', {}, t.help.mouseText),
+    h('p', {}, t.help.privacy),
+    version,
+  );
+  dialog.addEventListener('click', (event) => {
+    if (event.target === dialog) dialog.close();
+  });
+  return dialog;
+}

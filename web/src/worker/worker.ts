@@ -1,0 +1,175 @@
+/** The worker that owns the session: long work in short pieces, so that a message is never kept waiting. */
+
+import type { Door, Progress } from '../door';
+import init, { Session } from '../generated/drivescope_wasm.js';
+import type { FromWorker, Operations, Request, ToWorker } from './rpc';
+
+/** Milliseconds of work between two looks at the messages. */
+const BUDGET = 30;
+
+interface Job {
+  id: number;
+  estimator: string | null;
+  begun: boolean;
+  begin(): void;
+  some(): Progress;
+  cancel(): void;
+  finish(): unknown;
+}
+
+const ready = init().then(() => new Session() as unknown as Door);
+const jobs: Job[] = [];
+let isDead = false;
+
+function post(message: FromWorker, transfer: Transferable[] = []): void {
+  self.postMessage(message, { transfer });
+}
+
+/** A panic leaves the core unusable; anything else is a sentence for the reader. */
+function fail(id: number, reason: unknown): void {
+  if (reason instanceof WebAssembly.RuntimeError) {
+    isDead = true;
+    post({ dead: reason.message });
+    return;
+  }
+  const message = reason instanceof Error ? reason.message : String(reason);
+  post({ id, ok: false, message, cancelled: false });
+}
+
+function runJob(door: Door, { id, args }: Request<'run'>): Job {
+  const { estimator, params, vehicle } = args;
+  return {
+    id,
+    estimator,
+    begun: false,
+    begin: () => door.begin_run(estimator, params, vehicle ?? undefined),
+    some: () => door.run_some(estimator, BUDGET),
+    cancel: () => door.cancel_run(estimator),
+    finish: () => ({
+      current: door.result(estimator, 'current'),
+      previous: door.result(estimator, 'previous'),
+      change: door.change(estimator),
+    }),
+  };
+}
+
+function openJob(door: Door, { id, args }: Request<'open'>): Job {
+  return {
+    id,
+    estimator: null,
+    begun: false,
+    begin: () => {
+      if (args.kind === 'simulation') door.begin_simulation(args.name, args.seed ?? undefined);
+      else door.begin_files(args.files, args.mapping ?? null);
+    },
+    some: () => door.open_some(BUDGET),
+    cancel: () => door.cancel_open(),
+    finish: () => {
+      jobs.splice(0).forEach((job) => post({ id: job.id, ok: false, message: '', cancelled: true }));
+      return door.report();
+    },
+  };
+}
+
+function cancel(id: number): void {
+  const index = jobs.findIndex((job) => job.id === id);
+  if (index < 0) return;
+  const [job] = jobs.splice(index, 1);
+  if (job?.begun) job.cancel();
+  post({ id, ok: false, message: '', cancelled: true });
+}
+
+/** Opening goes before estimating; otherwise first come, first served. */
+function enqueue(job: Job): void {
+  const same = jobs.find((other) => other.estimator === job.estimator);
+  if (same) cancel(same.id);
+  if (job.estimator === null) jobs.unshift(job);
+  else jobs.push(job);
+  schedule();
+}
+
+const tick = new MessageChannel();
+let isScheduled = false;
+tick.port1.onmessage = () => {
+  isScheduled = false;
+  work();
+};
+
+function schedule(): void {
+  if (isScheduled || jobs.length === 0 || isDead) return;
+  isScheduled = true;
+  tick.port2.postMessage(null);
+}
+
+function work(): void {
+  const job = jobs[0];
+  if (!job) return;
+  try {
+    if (!job.begun) {
+      job.begun = true;
+      job.begin();
+    }
+    const progress = job.some();
+    if (progress.done) {
+      jobs.splice(jobs.indexOf(job), 1);
+      post({ id: job.id, ok: true, value: job.finish() });
+    } else {
+      post({ id: job.id, progress });
+    }
+  } catch (reason) {
+    jobs.splice(jobs.indexOf(job), 1);
+    fail(job.id, reason);
+  }
+  schedule();
+}
+
+/** The operations that are answered at once, each with the buffers to hand over. */
+const answers: {
+  [O in Exclude<keyof Operations, 'open' | 'run'>]: (
+    door: Door,
+    args: Operations[O]['takes'],
+  ) => [Operations[O]['gives'], Transferable[]];
+} = {
+  catalogue: (door) => [door.catalogue(), []],
+  mapping: (door) => [door.mapping(), []],
+  keep_previous: (door, { estimator, keep }) => [(door.keep_previous(estimator, keep), null), []],
+  drop_previous: (door, { estimator }) => [(door.drop_previous(estimator), null), []],
+  grid: (door, { items, t0, t1, buckets }) => {
+    const times = door.grid_times(t0, t1, buckets);
+    const columns = items.map((i) => door.grid(i.source, i.column, t0, t1, buckets, i.step));
+    return [{ t0, t1, times, columns }, [times.buffer, ...columns.map((c) => c.buffer)]];
+  },
+  values: (door, { items, times }) => {
+    const values = Float64Array.from(times.flatMap((t) => items.map((i) => door.value_at(i.source, i.column, t))));
+    return [values, [values.buffer]];
+  },
+  path: (door, { source, t0, t1, points }) => {
+    const path = door.path(source, t0, t1, points);
+    return [path, [path.buffer]];
+  },
+  csv: (door, { source }) => {
+    const bytes = door.export_csv(source);
+    return [bytes, [bytes.buffer]];
+  },
+};
+
+self.onmessage = async (event: MessageEvent<ToWorker>) => {
+  const message = event.data;
+  if ('cancel' in message) {
+    cancel(message.cancel);
+    return;
+  }
+  try {
+    const door = await ready;
+    if (isDead) return;
+    if (message.op === 'open') enqueue(openJob(door, message as Request<'open'>));
+    else if (message.op === 'run') enqueue(runJob(door, message as Request<'run'>));
+    else {
+      const answer = answers[message.op] as (door: Door, args: unknown) => [unknown, Transferable[]];
+      const [value, transfer] = answer(door, message.args);
+      post({ id: message.id, ok: true, value }, transfer);
+    }
+  } catch (reason) {
+    fail(message.id, reason);
+  }
+};
