@@ -70,5 +70,46 @@ export async function estimated(page) {
   for (const [view, name] of [['1', 'orientation'], ['2', 'slope'], ['3', 'motion_mode'], ['4', 'gnss_ins']]) {
     await page.locator(`[data-view="${view}"][data-drawn~="${name}"]`).waitFor({ state: 'attached', timeout: 60_000 });
   }
-  await page.locator('.status[data-state="idle"]').waitFor({ timeout: 60_000 });
+  await page.locator('.status[data-state="idle"]').waitFor({ state: 'attached', timeout: 60_000 });
+}
+
+/** Drop files on the page: `[{ name, text }]`, or `{ name, make }` with the source of a function that returns the text. */
+export async function drop(page, files) {
+  await page.evaluate((specs) => {
+    const transfer = new DataTransfer();
+    for (const { name, text, bytes, make } of specs) {
+      const content = make ? new Function(`return (${make})()`)() : (text ?? Uint8Array.from(bytes));
+      transfer.items.add(new File([content], name));
+    }
+    for (const type of ['dragover', 'drop']) {
+      document.body.dispatchEvent(new DragEvent(type, { bubbles: true, cancelable: true, dataTransfer: transfer }));
+    }
+  }, files.map((f) => ({ ...f, make: f.make?.toString() })));
+}
+
+/** A drive of `seconds` along a gentle bend, as a CSV of canonical names: 50 Hz, GNSS once a second. */
+export function bendCsv(seconds = 20) {
+  const rate = 50;
+  const [speed, yawRate, lat0, lon0] = [12, 0.03, 0.82, 0.15];
+  const rows = ['t,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z,mag_x,mag_y,mag_z,speed,steer,gnss_lat,gnss_lon,gnss_alt,gnss_vn,gnss_ve,gnss_vd'];
+  let [north, east] = [0, 0];
+  for (let i = 0; i <= seconds * rate; i++) {
+    const t = i / rate;
+    const yaw = 0.4 + yawRate * t;
+    const wave = (k) => 0.02 * Math.sin(k * 1.7 * i + k);
+    const field = [20 * Math.cos(yaw), -20 * Math.sin(yaw), 43];
+    const cells = [t, wave(1), speed * yawRate + wave(2), -9.80665 + wave(3), wave(4) / 9, wave(5) / 9, yawRate + wave(6) / 9, ...field, speed, 0.0065];
+    const gnss = i % rate === 0
+      ? [((lat0 + north / 6.37e6) * 180) / Math.PI, ((lon0 + east / (6.37e6 * Math.cos(lat0))) * 180) / Math.PI, 100, speed * Math.cos(yaw), speed * Math.sin(yaw), 0]
+      : ['', '', '', '', '', ''];
+    rows.push([...cells.map((c) => c.toFixed(6)), ...gnss.map((g) => (g === '' ? '' : g.toFixed(9)))].join(','));
+    north += (speed * Math.cos(yaw)) / rate;
+    east += (speed * Math.sin(yaw)) / rate;
+  }
+  return `${rows.join('\n')}\n`;
+}
+
+/** The name of the drive that is open, as the page shows it. */
+export function openDrive(page) {
+  return page.locator('.drive-chooser option:checked').textContent();
 }

@@ -66,7 +66,7 @@ function sidePanel(): { element: HTMLElement; showReport(isShown: boolean): void
     if (isShown) page.scrollIntoView({ block: 'nearest' });
   };
   const element = h('aside.side', { 'aria-label': t.side.label }, tune.element, page);
-  return { element, showReport, toggleReport: () => showReport(page.hidden) };
+  return { element, showReport, toggleReport: () => showReport(page.hidden === true) };
 }
 
 const bar = header(store, session, {

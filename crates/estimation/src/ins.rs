@@ -222,4 +222,4 @@ fn add_earth_terms(f: &mut ErrorRates, v: &Vector3<f64>, earth: &Earth) {
 
 #[cfg(test)]
 #[path = "ins_tests.rs"]
-mod tests;
+pub(crate) mod tests;

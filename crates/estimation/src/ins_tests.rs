@@ -4,14 +4,20 @@ use super::*;
 
 /// One step of a truth, written without the mechanisation: where it goes, how fast, how it is turned.
 #[derive(Clone, Copy)]
-struct Truth {
-    place: Geodetic,
-    velocity: Vector3<f64>,
-    rotation: Matrix3<f64>,
+pub(crate) struct Truth {
+    pub(crate) place: Geodetic,
+    pub(crate) velocity: Vector3<f64>,
+    pub(crate) rotation: Matrix3<f64>,
+}
+
+impl Truth {
+    pub(crate) fn navigation(&self) -> Navigation {
+        Navigation { place: self.place, velocity: self.velocity, body_to_nav: self.rotation }
+    }
 }
 
 /// The inertial sample that carries one navigation state into the next: the step of SPEC navigation 2 solved for its inputs.
-fn inertial_sample(a: &Truth, b: &Truth, dt: f64) -> (Vector3<f64>, Vector3<f64>) {
+pub(crate) fn inertial_sample(a: &Truth, b: &Truth, dt: f64) -> (Vector3<f64>, Vector3<f64>) {
     let (sin, cos) = a.place.lat.sin_cos();
     let (meridian, transverse) = drivescope_drive::geodesy::radii(a.place.lat);
     let earth = Vector3::new(EARTH_RATE * cos, 0.0, -EARTH_RATE * sin);
@@ -29,7 +35,7 @@ fn inertial_sample(a: &Truth, b: &Truth, dt: f64) -> (Vector3<f64>, Vector3<f64>
 }
 
 /// A winding, climbing, accelerating drive as a list of states; places follow from the velocities by the trapezoid.
-fn winding_drive(seconds: f64, dt: f64) -> Vec<Truth> {
+pub(crate) fn winding_drive(seconds: f64, dt: f64) -> Vec<Truth> {
     let mut place = Geodetic { lat: 0.63, lon: 2.2, alt: 50.0 };
     let mut states: Vec<Truth> = Vec::new();
     for k in 0..=(seconds / dt) as usize {
@@ -59,8 +65,7 @@ fn winding_drive(seconds: f64, dt: f64) -> Vec<Truth> {
 fn navigation_without_sensor_errors_closes_on_the_truth() {
     let dt = 0.01;
     let truth = winding_drive(140.0, dt);
-    let first = truth[0];
-    let mut navigation = Navigation { place: first.place, velocity: first.velocity, body_to_nav: first.rotation };
+    let mut navigation = truth[0].navigation();
     for (k, pair) in truth.windows(2).enumerate() {
         let (force, rate) = inertial_sample(&pair[0], &pair[1], dt);
         navigation.advance(&force, &rate, dt, GravityModel::Wgs84);
@@ -70,8 +75,7 @@ fn navigation_without_sensor_errors_closes_on_the_truth() {
     }
     let last = truth[truth.len() - 1];
     let earth = Earth::at(&last.place, GravityModel::Wgs84);
-    let end = Navigation { place: last.place, velocity: last.velocity, body_to_nav: last.rotation };
-    let errors = navigation.errors_against(&end, &earth);
+    let errors = navigation.errors_against(&last.navigation(), &earth);
     assert!(errors.fixed_rows::<3>(POSITION).norm() < 1e-6, "{errors}");
     assert!(errors.fixed_rows::<3>(ATTITUDE).norm() < 1e-11, "{errors}");
 }

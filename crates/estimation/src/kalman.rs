@@ -85,7 +85,7 @@ pub fn update<const N: usize, const M: usize>(
     let Observation { y, h, r } = obs;
     let hp = h * *p;
     let s = Cholesky::new(hp * h.transpose() + r).ok_or(NotPositiveDefinite)?;
-    let nis = y.dot(&s.solve(y));
+    let nis = y.dot(&s.solve(y)).min(f64::MAX);
     if nis.is_nan() || nis > gate.unwrap_or(f64::MAX) {
         return Ok(Outcome::Rejected { nis });
     }
@@ -112,7 +112,7 @@ pub fn update_scalar<const N: usize>(
     if !(s > 0.0 && s < f64::INFINITY) {
         return Err(NotPositiveDefinite);
     }
-    let nis = y * y / s;
+    let nis = (y * y / s).min(f64::MAX);
     if nis.is_nan() || nis > gate.unwrap_or(f64::MAX) {
         return Ok(Outcome::Rejected { nis });
     }

@@ -87,6 +87,19 @@ pub struct Car {
     pub tyre: [Tyre; WHEELS],
 }
 
+/// A tyre of this cornering stiffness over load and this friction at its load at rest (N).
+fn tyre(cornering_stiffness: f64, friction: f64, nominal_load: f64) -> Tyre {
+    Tyre {
+        slip_stiffness: 22.303, // CommonRoad p_kx1
+        cornering_stiffness,
+        friction,
+        nominal_load,
+        load_sensitivity: 0.08,
+        relaxation_ahead: 0.3,
+        relaxation_aside: 0.5,
+    }
+}
+
 impl Car {
     /// The car of a named preset with its parameters, on ground with this gravity (m/s^2).
     ///
@@ -108,34 +121,21 @@ impl Car {
         let bar = [bar_rate(share), bar_rate(1.0 - share)];
         let rest = [0.5 * p.mass * gravity * rear / base, 0.5 * p.mass * gravity * front / base];
         let per_wheel = |axle: [f64; 2]| [axle[0], axle[0], axle[1], axle[1]];
-        let tyre = |cornering: f64, load: f64| Tyre {
-            slip_stiffness: 22.303, // CommonRoad p_kx1
-            cornering_stiffness: cornering,
-            friction: p.friction,
-            nominal_load: load,
-            load_sensitivity: 0.08,
-            relaxation_ahead: 0.3,
-            relaxation_aside: 0.5,
-        };
-        let [f, r] = [tyre(p.front_cornering, rest[0]), tyre(p.rear_cornering, rest[1])];
+        let tyres = [tyre(p.front_cornering, p.friction, rest[0]), tyre(p.rear_cornering, p.friction, rest[1])];
         Self {
             common: COMMON,
             driven: if preset == "bmw_320i" { Driven::Rear } else { Driven::Front },
             mass: p.mass,
             inertia: Vector3::new(about_cg(p.roll_inertia), about_cg(p.pitch_inertia), p.yaw_inertia),
-            ground_points: [
-                Vector3::new(front, -half_track, p.cg_height),
-                Vector3::new(front, half_track, p.cg_height),
-                Vector3::new(-rear, -half_track, p.cg_height),
-                Vector3::new(-rear, half_track, p.cg_height),
-            ],
+            ground_points: [(front, -half_track), (front, half_track), (-rear, -half_track), (-rear, half_track)]
+                .map(|(x, y)| Vector3::new(x, y, p.cg_height)),
             link_depth,
             link_height: p.cg_height - link_depth,
             rest_load: per_wheel(rest),
             spring: per_wheel(spring),
             damper: per_wheel(damper),
             bar: per_wheel(bar),
-            tyre: [f, f, r, r],
+            tyre: [tyres[0], tyres[0], tyres[1], tyres[1]],
             params,
         }
     }

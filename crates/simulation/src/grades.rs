@@ -122,7 +122,7 @@ pub const GRADES: &[Grade] = &[
             pulse_error: 0.004,
             slowest: 0.3,
             scale: [2e-3, 1e-3],
-            speed_noise: 0.04,
+            speed_noise: 0.05,
             speed_resolution: 0.01,
             steering_offset: 0.01,
             steering_resolution: 0.001_745,

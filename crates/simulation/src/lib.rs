@@ -6,7 +6,7 @@
 //!
 //! | module | the room of |
 //! |---|---|
-//! | [`spec`], [`drives`] | a drive as data, and the ones that ship |
+//! | [`spec`], [`mod@drives`] | a drive as data, and the ones that ship |
 //! | [`road`], [`roughness`] | curvature, grade and bank along arc length, and what is uneven |
 //! | [`car`], [`tyre`], [`plant`] | the car and its motion |
 //! | [`driveline`], [`driver`] | engine, gears, brakes; who drives |
@@ -33,5 +33,5 @@ pub mod truth;
 pub mod tyre;
 
 pub use drives::{NamedDrive, drives, named};
-pub use run::{Simulation, simulate};
+pub use run::{Simulation, fingerprint, simulate};
 pub use spec::{DriveSpec, SpecError};

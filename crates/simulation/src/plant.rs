@@ -243,11 +243,7 @@ impl Plant {
         let spun = car.inertia.component_mul(&rate);
         let turn = (attitude.transpose() * moment - rate.cross(&spun)).component_div(&car.inertia);
         put(&mut slope, RATE, &turn);
-        let [w, x, y, z] = q;
-        slope[ATTITUDE] = -0.5 * (x * rate.x + y * rate.y + z * rate.z);
-        slope[ATTITUDE + 1] = 0.5 * (w * rate.x + y * rate.z - z * rate.y);
-        slope[ATTITUDE + 2] = 0.5 * (w * rate.y + z * rate.x - x * rate.z);
-        slope[ATTITUDE + 3] = 0.5 * (w * rate.z + x * rate.y - y * rate.x);
+        slope[ATTITUDE..ATTITUDE + 4].copy_from_slice(&quaternion_rate(&q, &rate));
         (slope, forces)
     }
 
@@ -328,6 +324,16 @@ impl Plant {
         let spread = 0.5 * self.car.common.ackermann * self.car.params.track / self.car.wheelbase() * steer * steer;
         if wheel == 1 { steer + spread } else { steer - spread }
     }
+}
+
+/// Derivative of an attitude quaternion at a turn rate in body axes, rad/s.
+fn quaternion_rate([w, x, y, z]: &[f64; 4], rate: &Vector3<f64>) -> [f64; 4] {
+    [
+        -0.5 * (x * rate.x + y * rate.y + z * rate.z),
+        0.5 * (w * rate.x + y * rate.z - z * rate.y),
+        0.5 * (w * rate.y + z * rate.x - x * rate.z),
+        0.5 * (w * rate.z + x * rate.y - y * rate.x),
+    ]
 }
 
 /// The body as seen from the road's axes.

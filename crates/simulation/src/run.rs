@@ -23,6 +23,8 @@ pub const RATE: f64 = 100.0;
 const STEPS: usize = 5;
 /// Samples between two of the barometer.
 const BARO_EVERY: u64 = 10;
+/// Further from the centre line than this the car has left the road, m.
+const ROAD_HALF_WIDTH: f64 = 5.0;
 /// Without getting on for this long although it wants to, the car is stuck, s.
 const PATIENCE: f64 = 60.0;
 
@@ -61,6 +63,7 @@ pub struct Simulation {
     sample: u64,
     moved: (f64, f64),
     done: bool,
+    failure: Option<SpecError>,
 }
 
 impl Simulation {
@@ -100,6 +103,7 @@ impl Simulation {
             sample: 0,
             moved: (0.0, 0.0),
             done: false,
+            failure: None,
         };
         let at_rest = motion.inertial_until(&motion, PERIOD);
         simulation.done = simulation.record(&at_rest).is_err();
@@ -108,11 +112,16 @@ impl Simulation {
 
     /// Advance by this many seconds or to the drive's end; says whether the end is reached.
     pub fn advance(&mut self, seconds: f64) -> bool {
-        let until = self.sample + (seconds.max(0.0) * RATE).ceil() as u64;
+        let until = self.sample.saturating_add((seconds.max(0.0) * RATE).ceil() as u64);
         while self.sample < until && !self.done {
             self.next_sample();
         }
         self.done
+    }
+
+    /// Why the drive ended before its last stop, if it did.
+    pub fn failure(&self) -> Option<&SpecError> {
+        self.failure.as_ref()
     }
 
     /// Share of the road that lies behind, 0 to 1.
@@ -130,7 +139,7 @@ impl Simulation {
         &self.drive
     }
 
-    /// The drive, simulated to its end, or to where the car got stuck.
+    /// The drive, simulated to its end, or to where it failed.
     pub fn finish(mut self) -> Drive {
         while !self.advance(60.0) {}
         self.drive
@@ -150,15 +159,20 @@ impl Simulation {
         self.sample += 1;
         let inertial = before.inertial_until(&self.motion, PERIOD);
         let refused = self.record(&inertial).is_err();
-        self.done = refused || self.driver.is_done() || self.is_stuck();
+        self.failure = self.trouble();
+        self.done = refused || self.failure.is_some() || self.driver.is_done();
     }
 
-    fn is_stuck(&mut self) -> bool {
-        let s = self.plant.patch().s;
-        if s > self.moved.1 + 0.5 || self.driver.is_standing() {
-            self.moved = (self.time(), s);
+    /// Why the drive cannot go on, if it cannot.
+    fn trouble(&mut self) -> Option<SpecError> {
+        let (position, time, offset) = (self.plant.patch().s, self.time(), self.plant.offset());
+        if position > self.moved.1 + 0.5 || self.driver.is_standing() {
+            self.moved = (time, position);
         }
-        !s.is_finite() || self.time() - self.moved.0 > PATIENCE
+        if !offset.is_finite() || offset.abs() > ROAD_HALF_WIDTH {
+            return Some(SpecError::LeftRoad { position, time, offset });
+        }
+        (time - self.moved.0 > PATIENCE).then_some(SpecError::Stuck { position, time })
     }
 
     fn record(&mut self, inertial: &Inertial) -> Result<(), OutOfOrder> {
@@ -205,8 +219,24 @@ impl Sensors {
 pub fn simulate(spec: &DriveSpec, seed: Option<u64>) -> Result<Drive, SpecError> {
     let mut simulation = Simulation::new(spec, seed)?;
     while !simulation.advance(60.0) {}
-    if !simulation.driver.is_done() {
-        return Err(SpecError::Stuck { position: simulation.plant.patch().s, time: simulation.time() });
+    match simulation.failure {
+        Some(failure) => Err(failure),
+        None => Ok(simulation.drive),
     }
-    Ok(simulation.drive)
+}
+
+/// Hash of every bit of a drive's times and columns (FNV-1a over 64-bit words; all NaN alike).
+///
+/// The same drive with the same seed has the same fingerprint natively and in wasm.
+pub fn fingerprint(drive: &Drive) -> u64 {
+    let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
+    let mut add = |value: &f64| {
+        let word = if value.is_nan() { 1 } else { value.to_bits() };
+        hash = (hash ^ word).wrapping_mul(0x100_0000_01b3);
+    };
+    for series in drive.channels().into_iter().chain([&drive.truth]) {
+        series.time().iter().for_each(&mut add);
+        (0..series.schema().len()).flat_map(|i| series.column_at(i)).for_each(&mut add);
+    }
+    hash
 }

@@ -135,6 +135,16 @@ pub enum SpecError {
         /// Smallest accepted radius, m.
         min: f64,
     },
+    /// The car left the road: too fast for it, or a car that cannot be steered like one.
+    #[error("the car left the road at {position:.0} m after {time:.0} s: {offset:.1} m beside the centre line")]
+    LeftRoad {
+        /// Place along the road, m.
+        position: f64,
+        /// Time, s.
+        time: f64,
+        /// Offset to the right, m.
+        offset: f64,
+    },
     /// The car did not get on for a minute.
     #[error("the car got stuck at {position:.0} m after {time:.0} s")]
     Stuck {
@@ -147,6 +157,9 @@ pub enum SpecError {
 
 /// Smallest radius of a turn, m: a saloon's turning circle has about 11 m diameter.
 pub const SMALLEST_RADIUS: f64 = 7.0;
+
+/// Longest drive, s: four hours at 100 Hz fill about 1 GB.
+pub const LONGEST_DRIVE: f64 = 14_400.0;
 
 impl DriveSpec {
     /// Read and check a drive.
@@ -179,12 +192,20 @@ impl DriveSpec {
         for (index, segment) in self.segments.iter().enumerate() {
             segment.check(&format!("segments[{index}]"))?;
         }
-        within("total length of segments", self.segments.iter().map(|s| s.length).sum(), 1.0, 1e6)?;
+        within("duration without delays, s", self.shortest_duration(), 0.0, LONGEST_DRIVE)?;
         for (index, outage) in self.gnss_outages.iter().enumerate() {
             within(&format!("gnss_outages[{index}].start"), outage.start, 0.0, 1e6)?;
             within(&format!("gnss_outages[{index}].duration"), outage.duration, 0.0, 1e6)?;
         }
         Ok(())
+    }
+}
+
+impl DriveSpec {
+    /// How long the drive takes at the declared speeds with its stops, s; the car needs a little longer.
+    pub fn shortest_duration(&self) -> f64 {
+        let of = |s: &Segment| s.length / (s.speed_kmh / 3.6) + s.stop.unwrap_or(0.0);
+        self.stand_at_start + self.segments.iter().map(of).sum::<f64>()
     }
 }
 

@@ -96,45 +96,21 @@ pub fn row(
     let yaw_rate = yaw_rate(motion, roll, pitch);
     let w = motion.rate;
     let f = plant.forces();
-    [
-        roll,
-        pitch,
-        yaw,
-        suspension_roll,
-        suspension_pitch,
-        bank,
-        grade,
-        suspension_pitch,
-        when_moving(libm::atan2(body.y, body.x)),
-        when_moving(libm::atan2(v.y, v.x)),
-        body.x,
-        body.y,
-        ned.x,
-        ned.y,
-        ned.z,
-        motion.place.lat,
-        motion.place.lon,
-        motion.place.alt,
-        v.x,
-        v.y,
-        v.z,
-        w.x,
-        w.y,
-        w.z,
-        yaw_rate,
-        mode(v.norm(), yaw_rate),
-        inertial.forward_acceleration,
-        inertial.force.x,
-        f.ahead[0] + f.ahead[1],
-        f.aside[0] + f.aside[1],
-        f.aside[2] + f.aside[3],
-        biases.accel.x,
-        biases.accel.y,
-        biases.accel.z,
-        biases.gyro.x,
-        biases.gyro.y,
-        biases.gyro.z,
-    ]
+    let place = motion.place;
+    let groups: [&[f64]; 9] = [
+        &[roll, pitch, yaw, suspension_roll, suspension_pitch, bank, grade, suspension_pitch],
+        &[when_moving(libm::atan2(body.y, body.x)), when_moving(libm::atan2(v.y, v.x)), body.x, body.y],
+        &[ned.x, ned.y, ned.z, place.lat, place.lon, place.alt],
+        &[v.x, v.y, v.z, w.x, w.y, w.z],
+        &[yaw_rate, mode(v.norm(), yaw_rate)],
+        &[inertial.forward_acceleration, inertial.force.x],
+        &[f.ahead[0] + f.ahead[1], f.aside[0] + f.aside[1], f.aside[2] + f.aside[3]],
+        biases.accel.as_slice(),
+        biases.gyro.as_slice(),
+    ];
+    let mut row = [f64::NAN; NAMES.len()];
+    row.iter_mut().zip(groups.into_iter().flatten()).for_each(|(cell, value)| *cell = *value);
+    row
 }
 
 fn yaw_rate(motion: &Motion, roll: f64, pitch: f64) -> f64 {

@@ -1,5 +1,7 @@
 //! The plant against what is known without it: statics, momentum, energy, steady cornering.
 
+#![allow(clippy::unwrap_used)]
+
 use drivescope_drive::vehicle::VehicleParams;
 use drivescope_simulation::DriveSpec;
 use drivescope_simulation::car::Car;

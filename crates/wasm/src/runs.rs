@@ -49,17 +49,22 @@ pub struct Slot {
     pub current: Option<Finished>,
     /// The result before it.
     pub previous: Option<Finished>,
+    /// Whether the previous result stays where it is while further runs end.
+    pub keeps_previous: bool,
 }
 
 impl Slot {
-    /// End the run under way: it becomes the current result, the current one the previous.
+    /// End the run under way: it becomes the current result, the current one the previous unless that is kept.
     pub fn finish(&mut self, drive: &Drive) {
         let Some(run) = self.running.take() else { return };
         let (name, params, notices) = (run.info.name, run.params.clone(), run.notices().to_vec());
         let series = run.into_series();
         let score = score(&series, drive, None);
         let finished = Finished { name, params, series, notices, score, seconds: self.seconds };
-        self.previous = self.current.replace(finished);
+        let replaced = self.current.replace(finished);
+        if !(self.keeps_previous && self.previous.is_some()) {
+            self.previous = replaced;
+        }
     }
 
     /// What changed from the previous to the current result.

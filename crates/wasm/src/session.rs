@@ -156,6 +156,12 @@ impl Session {
         plain(&self.slots[index_of(estimator)?].change())
     }
 
+    /// Keep the previous result in its place whatever is run next, or let the next run replace it.
+    pub fn keep_previous(&mut self, estimator: &str, keep: bool) -> Result<(), JsError> {
+        self.slot_mut(estimator)?.keeps_previous = keep;
+        Ok(())
+    }
+
     /// Forget the previous result.
     pub fn drop_previous(&mut self, estimator: &str) -> Result<(), JsError> {
         self.slot_mut(estimator)?.previous = None;

@@ -147,9 +147,9 @@ export class MapPlot extends Canvas {
     this.#drawGrid(context);
     if (layers.isShown.fixes) this.#drawFixes(context, layers);
     this.#drawOutages(context, layers);
+    if (layers.isShown.truth) this.#line(context, layers.truth, palette.value.truth, 1);
     if (layers.isShown.previous) this.#line(context, layers.previous, palette.value.ghost, 1.3, [6, 4]);
     if (layers.isShown.estimate) this.#drawEstimate(context, layers);
-    if (layers.isShown.truth) this.#line(context, layers.truth, palette.value.truth, 1, [2, 3]);
     if (this.#car) this.#drawCar(context, this.#car);
     this.#drawScale(context);
     this.#drawNorth(context);
@@ -301,7 +301,7 @@ export class MapPlot extends Canvas {
   }
 
   #drawNorth(context: CanvasRenderingContext2D): void {
-    const [x, y] = [this.width - 16, 18];
+    const [x, y] = [16, 18];
     context.beginPath();
     context.moveTo(x, y - 10);
     context.lineTo(x + 5, y + 4);

@@ -98,7 +98,7 @@ export class TimePlot {
           ...axis,
           size: LEFT,
           gap: 5,
-          space: isLog ? 16 : 19,
+          space: isLog ? 16 : 15,
           ...(isLog ? {} : { incrs: this.#options.steps ?? VALUE_STEPS }),
           ticks: { show: false },
           values: isLog

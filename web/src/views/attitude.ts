@@ -12,11 +12,11 @@ type Choice = 'orientation' | 'gnss_ins' | 'both';
 function lane(key: 'roll' | 'pitch' | 'yaw'): LaneSpec {
   const of = (estimator: string, which: 'current' | 'previous'): CurveSpec['source'] => ({ estimator, which });
   const curves: CurveSpec[] = [
+    { id: 'truth', label: t.curves.truth, source: 'truth', column: key, style: STYLES.truth, isOn: true },
     { id: 'ghost', label: t.curves.ghost, source: of('orientation', 'previous'), column: key, style: STYLES.ghost, isOn: true },
     { id: 'ghost2', label: t.curves.ghost, source: of('gnss_ins', 'previous'), column: key, style: STYLES.ghost, isOn: true },
     { id: 'gnss_ins', label: t.attitudeSource.gnss_ins, source: of('gnss_ins', 'current'), column: key, sigma: `${key}_sigma`, style: STYLES.second, isOn: true },
     { id: 'orientation', label: t.curves.estimate, source: of('orientation', 'current'), column: key, sigma: `${key}_sigma`, style: STYLES.estimate, isOn: true },
-    { id: 'truth', label: t.curves.truth, source: 'truth', column: key, style: STYLES.truth, isOn: true },
   ];
   if (key === 'yaw') {
     curves.unshift({ id: 'course', label: t.curves.course, source: 'drive', column: 'course', style: STYLES.raw, isOn: false });

@@ -56,7 +56,7 @@ export function estimatorsOf(lanes: LaneSpec[]): string[] {
 export const STYLES: Record<'estimate' | 'second' | 'truth' | 'ghost' | 'raw' | 'threshold', CurveStyle> = {
   estimate: { colour: 'estimate', width: 1.5, band: 'estimate-band' },
   second: { colour: 'second', width: 1.5, band: 'second-band' },
-  truth: { colour: 'truth', width: 1.1, dash: [2, 3] },
+  truth: { colour: 'truth', width: 1 },
   ghost: { colour: 'ghost', width: 1.3, dash: [6, 4] },
   raw: { colour: 'raw', width: 1 },
   threshold: { colour: 'threshold', width: 1.2, dash: [8, 3], isStep: true },

@@ -16,10 +16,10 @@ export function slopeView(store: Store, session: Session): TimeView {
     least: 0.02,
     weight: 1.3,
     curves: [
+      { id: 'truth', label: t.curves.truth, source: 'truth', column: 'grade', style: STYLES.truth, isOn: true },
       { id: 'ghost', label: t.curves.ghost, source: of('previous'), column: 'grade', style: STYLES.ghost, isOn: true },
       { id: 'slope', label: t.curves.slope, source: of('current'), column: 'slope', sigma: 'slope_sigma', style: STYLES.second, isOn: false },
       { id: 'estimate', label: t.curves.estimate, source: of('current'), column: 'grade', sigma: 'grade_sigma', style: STYLES.estimate, isOn: true },
-      { id: 'truth', label: t.curves.truth, source: 'truth', column: 'grade', style: STYLES.truth, isOn: true },
     ],
   };
   const speed: LaneSpec = {
@@ -30,10 +30,10 @@ export function slopeView(store: Store, session: Session): TimeView {
     least: 1,
     weight: 0.9,
     curves: [
+      { id: 'truth', label: t.curves.truth, source: 'truth', column: 'vx', style: STYLES.truth, isOn: true },
       { id: 'measured', label: t.curves.measured, source: 'drive', column: 'speed', style: STYLES.raw, isOn: true },
       { id: 'ghost', label: t.curves.ghost, source: of('previous'), column: 'speed', style: STYLES.ghost, isOn: true },
       { id: 'estimate', label: t.curves.estimate, source: of('current'), column: 'speed', sigma: 'speed_sigma', style: STYLES.estimate, isOn: true },
-      { id: 'truth', label: t.curves.truth, source: 'truth', column: 'vx', style: STYLES.truth, isOn: true },
     ],
   };
   return new TimeView(store, session, { title: t.views.slope, key: '2', lanes: [grade, speed] });

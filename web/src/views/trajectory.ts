@@ -53,7 +53,7 @@ export class TrajectoryView {
       this.#toggle('estimate', t.curves.path, 'estimate', false),
       ...t.modes.map((name, mode) => modeKey(name, mode)),
       this.#toggle('previous', t.curves.ghost, 'ghost', true),
-      this.#toggle('truth', t.curves.truth, 'truth', true),
+      this.#toggle('truth', t.curves.truth, 'truth', false),
       this.#toggle('fixes', t.curves.fixes, 'raw', false),
     );
     const fit = iconButton('fit', t.views.fit, () => this.#map.fit());

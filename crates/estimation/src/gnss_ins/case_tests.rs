@@ -46,47 +46,70 @@ fn run(drive: &Drive, params: &GnssInsParams) -> Series {
 /// The largest deviations from an expected table.
 #[derive(Debug, Default)]
 struct Worst {
+    /// Horizontal, m; counted at one part in a hundred where the expected error itself exceeds 1 m (`horizontal_share`).
     horizontal: f64,
+    horizontal_share: f64,
     down: f64,
     velocity: f64,
-    tilt: f64,
-    yaw: f64,
+    tilt_deg: f64,
+    yaw_deg: f64,
     accel_bias: f64,
     gyro_bias: f64,
-    sigma: f64,
+    sigma_share: f64,
 }
 
-fn compare(estimates: &Series, expected: &str, exclude: &[(f64, f64)]) -> Option<Worst> {
+fn compare(estimates: &Series, expected: &str) -> Option<Worst> {
     let table = Table::read(&shared(&format!("spec/navigation/expected/{expected}.csv.gz"))?);
     let mut worst = Worst::default();
     for (i, &t) in table.column("t").iter().enumerate() {
-        if exclude.iter().any(|(a, b)| t >= *a && t <= *b) {
-            continue;
-        }
         let row = estimates.time().partition_point(|&x| x < t - 1e-4);
         assert!((estimates.time()[row] - t).abs() < 1e-4, "no estimate at {t}");
         let off = |ours: &str, theirs: &str| (estimates.column(ours).unwrap()[row] - table.column(theirs)[i]).abs();
         let max = |slot: &mut f64, v: f64| *slot = slot.max(v);
-        max(&mut worst.horizontal, off("north", "n").hypot(off("east", "e")));
+        let horizontal = off("north", "n").hypot(off("east", "e"));
+        let error = table.column("err_n")[i].hypot(table.column("err_e")[i]);
+        if error <= 1.0 {
+            max(&mut worst.horizontal, horizontal);
+        } else {
+            max(&mut worst.horizontal_share, horizontal / error);
+        }
         max(&mut worst.down, off("down", "d"));
         for (a, b) in [("v_north", "vn"), ("v_east", "ve"), ("v_down", "vd")] {
             max(&mut worst.velocity, off(a, b));
         }
-        max(&mut worst.tilt, off("roll", "roll").max(off("pitch", "pitch")).to_degrees());
+        max(&mut worst.tilt_deg, off("roll", "roll").max(off("pitch", "pitch")).to_degrees());
         let yaw = estimates.column("yaw").unwrap()[row] - table.column("yaw")[i];
-        max(&mut worst.yaw, wrap_angle(yaw).abs().to_degrees());
+        max(&mut worst.yaw_deg, wrap_angle(yaw).abs().to_degrees());
         for axis in ["x", "y", "z"] {
             max(&mut worst.accel_bias, off(&format!("accel_bias_{axis}"), &format!("ba_{axis}")));
             max(&mut worst.gyro_bias, off(&format!("gyro_bias_{axis}"), &format!("bg_{axis}")));
         }
-        for (a, b) in
-            [("north", "n"), ("east", "e"), ("down", "d"), ("v_north", "vn"), ("v_east", "ve"), ("v_down", "vd")]
-        {
-            let theirs = table.column(&format!("sig_{b}"))[i];
-            max(&mut worst.sigma, off(&format!("{a}_sigma"), &format!("sig_{b}")) / theirs);
+        for (ours, theirs) in SIGMAS {
+            let expected = table.column(theirs)[i];
+            max(&mut worst.sigma_share, off(ours, theirs) / expected);
         }
     }
+    println!("{expected}: {worst:?}");
     Some(worst)
+}
+
+const SIGMAS: [(&str, &str); 6] = [
+    ("north_sigma", "sig_n"),
+    ("east_sigma", "sig_e"),
+    ("down_sigma", "sig_d"),
+    ("v_north_sigma", "sig_vn"),
+    ("v_east_sigma", "sig_ve"),
+    ("v_down_sigma", "sig_vd"),
+];
+
+/// Tolerances of SPEC navigation 13 (0.02 m, 0.02 deg, 2 % of a drift); those it does not name are what such a difference
+/// in position means over the 60 s to which the filter's memory reaches. Sigmas to 1 %: a wrong Q or R shows there first.
+fn assert_matches(estimates: &Series, expected: &str) {
+    let Some(worst) = compare(estimates, expected) else { return };
+    assert!(worst.horizontal < 0.02 && worst.horizontal_share < 0.02 && worst.down < 0.02, "{expected}: {worst:?}");
+    assert!(worst.velocity < 0.005 && worst.tilt_deg < 0.02 && worst.yaw_deg < 0.02, "{expected}: {worst:?}");
+    assert!(worst.accel_bias < 1e-3 && worst.gyro_bias < 1e-5, "{expected}: {worst:?}");
+    assert!(worst.sigma_share < 0.01, "{expected}: {worst:?}");
 }
 
 /// Horizontal errors against the truth between two times: root mean square and largest.
@@ -103,43 +126,6 @@ fn horizontal_errors(drive: &Drive, estimates: &Series, from: f64, to: f64) -> (
         }
     }
     ((sum / f64::from(count)).sqrt(), largest)
-}
-
-#[test]
-fn explore() {
-    let t1 = case("table1").unwrap();
-    let ur = case("urban").unwrap();
-    let p = params(&t1, 1000, false);
-    println!("table1_loose {:?}", compare(&run(&t1, &p), "table1_loose", &[]));
-    let p = params(&t1, 1000, true);
-    println!("table1_loose_aided {:?}", compare(&run(&t1, &p), "table1_loose_aided", &[]));
-    let p = params(&ur, 900, false);
-    let e = run(&ur, &p);
-    println!("urban_loose {:?}", compare(&e, "urban_loose", &[]));
-    println!("urban_loose nofault {:?}", compare(&e, "urban_loose", &[(300.0, 370.0), (420.0, 490.0)]));
-    println!("{:?}", horizontal_errors(&ur, &e, 18.0, 600.0));
-    let p = params(&ur, 900, true);
-    let e = run(&ur, &p);
-    println!("urban_loose_aided {:?}", compare(&e, "urban_loose_aided", &[]));
-    println!("{:?}", horizontal_errors(&ur, &e, 18.0, 600.0));
-    let e = run(&ur, &GnssInsParams { gate: false, ..p.clone() });
-    println!("urban_loose_aided_nogate {:?}", compare(&e, "urban_loose_aided_nogate", &[]));
-    for (zupt, zaru) in [(false, false), (true, true), (true, false)] {
-        let e = run(&ur, &GnssInsParams { odometer: false, zupt, zaru, ..p.clone() });
-        println!("urban_loose_nhc {zupt} {zaru} {:?}", compare(&e, "urban_loose_nhc", &[]));
-    }
-    for offset in [45.0f64, -20.0] {
-        let mut p = params(&t1, 1000, true);
-        p.initial_yaw += offset.to_radians();
-        p.initial_yaw_sigma = 1.2 * offset.to_radians().abs();
-        let name = format!("table1_offset{}{}", if offset > 0.0 { "+" } else { "" }, offset);
-        println!("{name} {:?}", compare(&run(&t1, &p), &name, &[]));
-    }
-    let ob = case("obstacle").unwrap();
-    let p = params(&ob, 0, true);
-    let e = replay(&ob, &p);
-    println!("obstacle {:?}", compare(&e, "obstacle_loose_aided", &[]));
-    println!("{:?}", horizontal_errors(&ob, &e, 0.0, 600.0));
 }
 
 /// Replay from the truth of the first row.
@@ -162,64 +148,174 @@ fn replay(drive: &Drive, params: &GnssInsParams) -> Series {
 }
 
 #[test]
-fn explore_comma() {
-    let path = shared("data/comma2k19_rav4/canonical.csv").unwrap();
-    let mut table = Table::read(&path);
-    table.names.iter_mut().filter(|n| *n == "gnss_course").for_each(|n| *n = "course".into());
-    let drive = table.drive();
-    for (name, p) in [
-        ("default", GnssInsParams::default()),
-        ("no nhc", GnssInsParams { nhc: false, ..GnssInsParams::default() }),
-        ("nhc 1", GnssInsParams { nhc_sigma: 1.0, ..GnssInsParams::default() }),
-        ("no odo", GnssInsParams { odometer: false, ..GnssInsParams::default() }),
-        ("no aid", GnssInsParams { odometer: false, nhc: false, ..GnssInsParams::default() }),
-    ] {
-        let mut r = crate::estimator::Run::<GnssIns>::new(&drive, &p, None).unwrap();
-        r.advance(&drive, usize::MAX).unwrap();
-        println!("{:?}", r.notices());
-        let e = r.into_series();
-        let (mut sum, mut count, mut largest) = (0.0, 0.0, 0.0f64);
-        let mut att = [0.0; 3];
-        let mut sq = [0.0; 3];
-        for (i, &t) in e.time().iter().enumerate() {
-            let tr = |n: &str| drive.truth.interpolate(drive.truth.index_of(n).unwrap(), t, 0.2);
-            let d = (e.column("lat").unwrap()[i] - tr("lat")) * 6.36e6;
-            let w = (e.column("lon").unwrap()[i] - tr("lon")) * 6.38e6 * tr("lat").cos();
-            let x = d.hypot(w);
-            if x.is_finite() {
-                sum += x * x;
-                count += 1.0;
-                largest = largest.max(x);
-                for (k, n) in ["roll", "pitch", "yaw"].iter().enumerate() {
-                    let d = wrap_angle(e.column(n).unwrap()[i] - tr(n)).to_degrees();
-                    att[k] += d;
-                    sq[k] += d * d;
-                }
-            }
-        }
-        println!("{name}: rms {} max {largest} att mean {:?} rms {:?} n {count} of {}", (sum / count as f64).sqrt(), att.map(|a| a / count), sq.map(|a| (a / count).sqrt()), e.len());
-        for n in ["position", "velocity", "odometer", "nhc"] {
-            let a = e.column(&format!("{n}_accepted")).unwrap();
-            let (yes, no) = (a.iter().filter(|v| **v == 1.0).count(), a.iter().filter(|v| **v == 0.0).count());
-            print!("{n} {yes}/{no}  ");
-        }
-        println!();
-        for i in [300, 1000, 3000, 6000] {
-            println!("t {:.1} pitch {:.2} roll {:.2} yaw {:.2} ba {:?} v {:.2} alt {:.1}", e.time()[i] - e.time()[0], e.column("pitch").unwrap()[i].to_degrees(), e.column("roll").unwrap()[i].to_degrees(), e.column("yaw").unwrap()[i].to_degrees(), ["x","y","z"].map(|a| e.column(&format!("accel_bias_{a}")).unwrap()[i]), e.column("speed").unwrap()[i], e.column("alt").unwrap()[i]);
-        }
+fn the_table_1_drive_is_the_references() {
+    let Some(drive) = case("table1") else { return };
+    assert_matches(&run(&drive, &params(&drive, 1000, false)), "table1_loose");
+    assert_matches(&run(&drive, &params(&drive, 1000, true)), "table1_loose_aided");
+}
+
+/// A start yaw wrong by 45 or -20 deg converges without alignment because P0 admits the error.
+#[test]
+fn a_wrong_start_yaw_converges_as_in_the_reference() {
+    let Some(drive) = case("table1") else { return };
+    for (offset, settled, name) in [(45.0f64, 15.9, "table1_offset+45"), (-20.0, 13.9, "table1_offset-20")] {
+        let mut params = params(&drive, 1000, true);
+        params.initial_yaw += offset.to_radians();
+        params.initial_yaw_sigma = 1.2 * offset.to_radians().abs();
+        let estimates = run(&drive, &params);
+        assert_matches(&estimates, name);
+        let (yaw, truth) = (estimates.column("yaw").unwrap(), 30f64.to_radians());
+        let last_bad = yaw.iter().rposition(|y| wrap_angle(y - truth).abs() >= 3f64.to_radians()).unwrap();
+        // SPEC 10.1: below 3 deg from 15.9 and 13.9 s on.
+        assert!((estimates.time()[last_bad] - settled).abs() < 0.2, "{name}: {}", estimates.time()[last_bad]);
     }
 }
 
 #[test]
-fn explore_default() {
-    for name in ["table1", "urban", "obstacle", "jturn", "table1_navgrade"] {
-        let drive = case(name).unwrap();
-        let mut r = crate::estimator::Run::<GnssIns>::new(&drive, &GnssInsParams::default(), None).unwrap();
-        r.advance(&drive, usize::MAX).unwrap();
-        println!("{:?}", r.notices());
-        let e = r.into_series();
-        let first = e.column("yaw").unwrap().iter().position(|y| y.is_finite()).unwrap_or(0);
-        let yaw_at = |i: usize| wrap_angle(e.column("yaw").unwrap()[i] - drive.truth.interpolate(drive.truth.index_of("yaw").unwrap(), e.time()[i], 1.0)).to_degrees();
-        println!("{name}: n {} yaw known {} off {:.2} sig {:.2} end off {:.2} sig {:.2} err {:?}", e.len(), e.time()[first], yaw_at(first), e.column("yaw_sigma").unwrap()[first].to_degrees(), yaw_at(e.len()-1), e.column("yaw_sigma").unwrap()[e.len()-1].to_degrees(), horizontal_errors(&drive, &e, 0.0, 1e9));
+fn the_urban_drive_is_the_references() {
+    let Some(drive) = case("urban") else { return };
+    let aided = params(&drive, 900, true);
+    assert_matches(&run(&drive, &params(&drive, 900, false)), "urban_loose");
+    assert_matches(&run(&drive, &aided), "urban_loose_aided");
+    assert_matches(&run(&drive, &GnssInsParams { gate: false, ..aided.clone() }), "urban_loose_aided_nogate");
+    assert_matches(&run(&drive, &GnssInsParams { odometer: false, ..aided }), "urban_loose_nhc");
+}
+
+#[test]
+fn the_obstacle_drive_replayed_from_the_truth_is_the_references() {
+    let Some(drive) = case("obstacle") else { return };
+    let estimates = replay(&drive, &params(&drive, 0, true));
+    assert_matches(&estimates, "obstacle_loose_aided");
+    let (rms, largest) = horizontal_errors(&drive, &estimates, 0.0, f64::MAX);
+    assert!((rms - 0.10).abs() < 0.05 && (largest - 0.30).abs() < 0.05, "SPEC 10.5: {rms} {largest}");
+}
+
+/// SPEC 10.5: root mean square and largest horizontal error over the drive, multipath, outage and canyon; 10 % or 0.05 m.
+#[test]
+fn the_urban_summary_is_the_specifications() {
+    let Some(drive) = case("urban") else { return };
+    let aided = params(&drive, 900, true);
+    let runs = [
+        ("loose", params(&drive, 900, false), [7.62, 0.81, 0.93, 11.5, 24.0, 19.5, 46.5]),
+        ("nhc", GnssInsParams { odometer: false, ..aided.clone() }, [0.80, 0.91, 1.07, 1.02, 2.49, 1.13, 1.47]),
+        ("no gate", GnssInsParams { gate: false, ..aided.clone() }, [1.40, 3.97, 5.24, 0.61, 0.86, 1.07, 1.20]),
+        ("aided", aided, [0.70, 0.69, 0.75, 0.66, 0.88, 1.11, 1.20]),
+    ];
+    for (name, params, expected) in runs {
+        let estimates = run(&drive, &params);
+        let whole = horizontal_errors(&drive, &estimates, 18.1, 600.0).0;
+        let mut measured = vec![whole];
+        for (from, to) in [(150.0, 190.0), (300.0, 360.0), (420.0, 480.0)] {
+            let (rms, largest) = horizontal_errors(&drive, &estimates, from, to);
+            measured.extend([rms, largest]);
+        }
+        println!("{name}: {measured:.2?}");
+        for (ours, theirs) in measured.iter().zip(expected) {
+            assert!((ours - theirs).abs() < (0.1 * theirs).max(0.05), "{name}: {measured:.3?} against {expected:?}");
+        }
     }
+}
+
+/// Blind the satellites for four windows of 60 s: the largest error in each, SPEC 10.5 and issue 7 (at most 1.2 m).
+#[test]
+fn outages_of_a_minute_are_bridged_by_odometer_and_constraint() {
+    let Some(drive) = case("urban") else { return };
+    let windows = [80.0, 220.0, 300.0, 500.0].map(|t| (t, t + 60.0));
+    let aided = params(&drive, 900, true);
+    let runs = [
+        ("ins alone", params(&drive, 900, false), [33.8, 62.7, 18.5, 59.4]),
+        ("standstill", GnssInsParams { odometer: false, nhc: false, ..aided.clone() }, [22.3, 7.1, 15.2, 4.0]),
+        ("constraint", GnssInsParams { odometer: false, ..aided.clone() }, [2.7, 2.7, 2.5, 2.1]),
+        ("odometer", GnssInsParams { nhc: false, ..aided.clone() }, [2.6, 1.9, 1.9, 3.7]),
+        ("both", aided, [0.61, 0.56, 0.71, 1.14]),
+    ];
+    for (name, params, expected) in runs {
+        let mut estimator = GnssIns::new(&params, &VehicleParams::default(), &drive.start());
+        let mut out = Channel::default();
+        for mut epoch in drive.epochs() {
+            if windows.iter().any(|(from, to)| epoch.time >= *from && epoch.time < *to) {
+                epoch.gnss = None;
+            }
+            if let Some(estimate) = estimator.step(&epoch).unwrap() {
+                out.push(epoch.time, estimate).unwrap();
+            }
+        }
+        let measured = windows.map(|(from, to)| horizontal_errors(&drive, out.series(), from, to - 1e-3).1);
+        println!("outages, {name}: {measured:.2?} against {expected:?}");
+        for (ours, theirs) in measured.iter().zip(expected) {
+            assert!((ours - theirs).abs() < (0.1 * theirs).max(0.05), "{name}: {measured:.3?} against {expected:?}");
+        }
+        assert!(name != "both" || measured.iter().all(|m| *m < 1.2), "issue 7: {measured:?}");
+    }
+}
+
+/// With nothing said about the start, rest and drive-off are found from the odometer and the yaw from the course: as good as
+/// with the truth's yaw (rms 0.66 and 0.70 m in SPEC 10.1 and 10.5) once the yaw is there.
+#[test]
+fn without_a_given_yaw_the_course_aligns_the_filter() {
+    for (name, start, rms) in [("table1", 10.0, 0.66), ("urban", 18.0, 0.70)] {
+        let Some(drive) = case(name) else { return };
+        let estimates = run(&drive, &GnssInsParams::default());
+        let (yaw, time) = (estimates.column("yaw").unwrap(), estimates.time());
+        let known = yaw.iter().position(|y| y.is_finite()).unwrap();
+        let truth = drive.truth.index_of("yaw").unwrap();
+        let error = |i: usize| wrap_angle(yaw[i] - drive.truth.interpolate(truth, time[i], 1.0)).abs();
+        let sigma = estimates.column("yaw_sigma").unwrap();
+        println!("{name}: yaw known at {} s, off {:.2} deg", time[known], error(known).to_degrees());
+        assert!(time[known] > start && time[known] < start + 6.0 && error(known) < 3.0 * sigma[known]);
+        let last = time.len() - 1;
+        assert!(error(last) < 0.5f64.to_radians() && error(last) < 3.0 * sigma[last]);
+        let measured = horizontal_errors(&drive, &estimates, start, f64::MAX).0;
+        assert!((measured - rms).abs() < 0.066, "{name}: {measured}");
+        assert!(estimates.column("roll").unwrap()[0].is_finite() && time[0] < start, "rows while it is levelled");
+    }
+}
+
+/// A fixed error of 12 m passes the gate only after the filter has doubted itself for 60 epochs: then it gives in.
+#[test]
+fn a_locked_out_filter_opens_up_after_sixty_refusals() {
+    let Some(drive) = case("table1") else { return };
+    let mut estimator = GnssIns::new(&params(&drive, 1000, true), &VehicleParams::default(), &drive.start());
+    let mut accepted = Vec::new();
+    for mut epoch in drive.epochs() {
+        if let Some(gnss) = epoch.gnss.as_mut().filter(|_| epoch.time > 40.5) {
+            gnss.lat += 12.0 / 6.36e6;
+        }
+        let estimate = estimator.step(&epoch).unwrap();
+        let verdict = estimate.map_or(f64::NAN, |e| e.position_accepted);
+        if epoch.time > 40.5 && verdict.is_finite() {
+            accepted.push(verdict);
+        }
+    }
+    assert!(accepted[..60].iter().all(|a| *a == 0.0) && accepted[60..65].iter().all(|a| *a == 1.0), "{accepted:?}");
+}
+
+/// A phone behind the windscreen of a real car on a motorway: starts in motion, speed and course only, no stated sigmas.
+/// The reference is offset along the road by what the receiver's 0.1 s of delay makes (1.4 m at 15 m/s).
+#[test]
+fn a_real_motorway_drive_stays_within_five_metres() {
+    let Some(path) = shared("data/comma2k19_rav4/canonical.csv") else { return };
+    let mut table = Table::read(&path);
+    table.names.iter_mut().filter(|n| *n == "gnss_course").for_each(|n| *n = "course".into());
+    let drive = table.drive();
+    let estimates = run(&drive, &GnssInsParams::default());
+    let (mut sum, mut count, mut largest) = (0.0, 0, 0.0f64);
+    for (i, &t) in estimates.time().iter().enumerate() {
+        let truth = |name: &str| drive.truth.interpolate(drive.truth.index_of(name).unwrap(), t, 0.2);
+        let at = |name: &str| estimates.column(name).unwrap()[i];
+        let (north, east) = drivescope_drive::geodesy::radii(at("lat"));
+        let error = ((at("lat") - truth("lat")) * north).hypot((at("lon") - truth("lon")) * east * at("lat").cos());
+        if !error.is_finite() {
+            continue;
+        }
+        sum += error * error;
+        count += 1;
+        largest = largest.max(error);
+        // The road is straight within 1.2 deg; the phone's mount (3.8 deg nose down) is all that may show.
+        assert!(at("roll").abs() < 5f64.to_radians() && at("pitch").abs() < 8f64.to_radians());
+        assert!(wrap_angle(at("yaw") - truth("yaw")).abs() < 3f64.to_radians(), "at {t}");
+    }
+    let rms = (sum / f64::from(count)).sqrt();
+    println!("comma2k19: horizontal rms {rms:.2} m, largest {largest:.2} m over {count} rows");
+    assert!(count > 6000 && rms < 5.0 && largest < 5.0, "{count} {rms} {largest}");
 }

@@ -1,0 +1,106 @@
+/** The page opens with an estimated drive, talks to nobody else, and can be stopped. */
+
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { estimated, launch, open, serve } from './support.mjs';
+
+let server;
+let browser;
+before(async () => {
+  server = await serve();
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+  server?.close();
+});
+
+test('the page opens with the built-in drive estimated in all four views, without an error', async () => {
+  const { page, context, errors } = await open(browser, server.url);
+  await estimated(page);
+  for (const lane of ['Roll', 'Pitch', 'Yaw', 'Grade', 'Speed']) {
+    const estimate = page.locator('.lane', { has: page.getByRole('heading', { name: lane }) }).locator('.legend-entry', { hasText: 'estimate' });
+    await assert.doesNotReject(estimate.waitFor({ timeout: 5000 }), `${lane} has an estimate in its legend`);
+  }
+  await page.locator('.overview').focus();
+  await page.keyboard.press('Shift+ArrowRight');
+  await page.waitForFunction(() => /[0-9]/.test(document.querySelector('.lane .legend-entry .value')?.textContent ?? ''));
+  assert.match(await page.locator('.headline').textContent(), /RMSE [0-9.]+/);
+  const inked = await page.locator('.map canvas').evaluate((canvas) => {
+    const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+    return data.filter((value, i) => i % 4 === 3 && value > 0).length;
+  });
+  assert.ok(inked > 500, 'the trajectory is drawn');
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test('no request leaves for another host, and the policy forbids it to any script', async () => {
+  const { page, context, requests } = await open(browser, server.url);
+  await estimated(page);
+  const host = new URL(server.url).host;
+  assert.ok(requests.length > 3);
+  const foreign = requests.filter((url) => !/^(data|blob):/.test(url) && new URL(url).host !== host);
+  assert.deepEqual(foreign, []);
+  const refused = await page.evaluate(async () => {
+    const violation = new Promise((resolve) => {
+      document.addEventListener('securitypolicyviolation', (event) => resolve(event.effectiveDirective), { once: true });
+    });
+    await fetch('https://elsewhere.invalid/').catch(() => undefined);
+    return Promise.race([violation, new Promise((resolve) => setTimeout(() => resolve('nothing'), 3000))]);
+  });
+  assert.equal(refused, 'connect-src');
+  await context.close();
+});
+
+test('estimating can be stopped and taken up again', async () => {
+  const { page, context, errors } = await open(browser, server.url);
+  const stop = page.locator('.status[data-state="busy"] button');
+  await stop.waitFor();
+  // Before the drive is open there is nothing to estimate; stop in the first run.
+  await page.waitForFunction(() => document.querySelector('.status-text')?.textContent?.startsWith('Estimating'), undefined, { polling: 5 });
+  await stop.click();
+  const status = page.locator('.status[data-state="stopped"]');
+  await status.waitFor();
+  assert.match(await status.textContent(), /Stopped: /);
+  await status.getByRole('button').click();
+  await estimated(page);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test('opening can be stopped and the drive that was open stays', async () => {
+  const { page, context } = await open(browser, server.url);
+  await estimated(page);
+  const before = await page.locator('.headline').textContent();
+  const names = await page.locator('.drive-chooser option').evaluateAll((options) => options.map((o) => o.value));
+  await page.evaluate(() => {
+    // Stop as soon as there is something to stop.
+    const status = document.querySelector('.status');
+    new MutationObserver(() => {
+      if (status.dataset.state === 'busy') status.querySelector('button').click();
+    }).observe(status, { attributes: true });
+  });
+  await page.locator('.drive-chooser').selectOption(names[names.length - 1]);
+  await page.waitForTimeout(300);
+  await page.locator('.status[data-state="idle"]').waitFor({ state: 'attached' });
+  assert.equal(await page.locator('.headline').textContent(), before);
+  await context.close();
+});
+
+test('an address brings back the parameters that were tuned', async () => {
+  const { page, context } = await open(browser, server.url);
+  await estimated(page);
+  const slider = page.locator('.param input[type=range]:enabled').first();
+  await slider.focus();
+  await page.keyboard.press('PageUp');
+  await page.waitForFunction(() => location.hash.includes('orientation.'));
+  const address = page.url();
+  const value = await slider.inputValue();
+  await context.close();
+  const again = await open(browser, address);
+  await estimated(again.page);
+  assert.equal(await again.page.locator('.param input[type=range]:enabled').first().inputValue(), value);
+  assert.equal(await again.page.locator('.param.changed').count(), 1);
+  await again.context.close();
+});

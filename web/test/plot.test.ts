@@ -1,0 +1,60 @@
+import { expect, test } from 'vitest';
+import { rangeOf, timeLabels, valueLabels, withBand } from '../src/plot/axes';
+import { band, breakTurns, withGaps } from '../src/plot/gaps';
+import { outagesOf } from '../src/plot/map';
+import { stretches } from '../src/plot/mode-strip';
+
+test('what is not finite becomes a gap, also at the start where uPlot would lose its range', () => {
+  expect(withGaps(Float64Array.of(Number.NaN, 1, Number.POSITIVE_INFINITY, 2), (v) => 2 * v)).toEqual([null, 2, null, 4]);
+});
+
+test('an angle that goes round leaves no line across the plot', () => {
+  expect(breakTurns([170, 179, -179, -170, null, 170], 180)).toEqual([170, 179, null, -170, null, 170]);
+});
+
+test('a band is three sigmas wide and open where there is no sigma', () => {
+  const { low, high } = band(Float64Array.of(1, 2), Float64Array.of(0.1, Number.NaN));
+  expect(low[0]).toBeCloseTo(0.7, 12);
+  expect(high[0]).toBeCloseTo(1.3, 12);
+  expect(low[1]).toBeNaN();
+});
+
+test('a flat curve does not fill the plot with noise', () => {
+  const [low, high] = rangeOf([[0.001, -0.001, null]], 2, false);
+  expect(high - low).toBeGreaterThanOrEqual(2);
+  expect(rangeOf([[]], 2, false)).toEqual([-1, 1]);
+});
+
+test('a logarithmic range takes positive values only', () => {
+  const [low, high] = rangeOf([[0, -1, 0.5, 50]], 1, true);
+  expect(low).toBeGreaterThan(0);
+  expect(high).toBeGreaterThan(50);
+});
+
+test('a band that dwarfs the curves is cut off', () => {
+  expect(withBand([-1, 1], [-100], [100])).toEqual([-2.2, 2.2]);
+  expect(withBand([-1, 1], [-0.5], [0.5])).toEqual([-1, 1]);
+});
+
+test('labels are as fine as the ticks are close', () => {
+  expect(timeLabels([60, 90], 30)).toEqual(['1:00', '1:30']);
+  expect(timeLabels([0.05], 0.05)).toEqual(['0:00.05']);
+  expect(valueLabels([-0.5, 0, 0.5], 0.5)).toEqual(['−0.5', '0.0', '0.5']);
+  expect(valueLabels([-5, 0], 5)).toEqual(['−5', '0']);
+});
+
+test('equal modes join into a stretch and a gap parts them', () => {
+  const times = [0, 1, 2, 3, 4, 5];
+  expect(stretches(times, [1, 1, 2, Number.NaN, 2, 2])).toEqual([
+    { t0: -0.5, t1: 1.5, mode: 1 },
+    { t0: 1.5, t1: 2.5, mode: 2 },
+    { t0: 3.5, t1: 5.5, mode: 2 },
+  ]);
+});
+
+test('an outage is a hole between fixes, before the first or after the last, not the rhythm of a slow receiver', () => {
+  const path = (times: number[]): Float64Array => Float64Array.from(times.flatMap((t) => [t, 0, 0, 0, 0]));
+  expect(outagesOf(path([0, 1, 2, 10, 11, 12]), { t0: 0, t1: 20 })).toEqual([{ t0: 2, t1: 10 }, { t0: 12, t1: 20 }]);
+  expect(outagesOf(path([0, 3, 6, 9]), { t0: 0, t1: 10 })).toEqual([]);
+  expect(outagesOf(path([]), { t0: 0, t1: 10 })).toEqual([]);
+});
