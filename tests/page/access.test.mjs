@@ -24,10 +24,10 @@ test('the keyboard plays, steps, zooms, goes to the views and shows its help', a
   assert.equal(await page.evaluate(() => document.activeElement.dataset.view), '1');
   const start = await time(page);
   await page.keyboard.press('Space');
-  await page.getByRole('button', { name: 'Pause' }).waitFor();
+  await page.getByRole('button', { name: 'Pause', exact: true }).waitFor();
   await page.waitForFunction((before) => document.querySelector('.transport .time').textContent !== before, start);
   await page.keyboard.press('Space');
-  await page.getByRole('button', { name: 'Play' }).waitFor();
+  await page.getByRole('button', { name: 'Play', exact: true }).waitFor();
   const paused = await time(page);
   await page.keyboard.press('ArrowRight');
   assert.notEqual(await time(page), paused);
@@ -153,10 +153,10 @@ test('units and axes change what is shown, not what is estimated', async () => {
   await page.waitForFunction((e) => /\d/.test(e.textContent), await value.elementHandle());
   const degrees = await read();
   await page.getByRole('button', { name: 'Display' }).click();
-  await page.getByText('ISO 8855, z up').click();
+  await page.getByRole('radio', { name: 'ISO 8855, z up' }).check();
   await page.waitForFunction(([e, before]) => e.textContent.replace('−', '-').startsWith(String(-before).slice(0, 2)) || before === 0, [await value.elementHandle(), degrees]);
   assert.ok(Math.abs((await read()) + degrees) < 0.011);
-  await page.getByText('radians').click();
+  await page.getByRole('radio', { name: 'radians' }).check();
   await pitch.locator('.lane-unit', { hasText: 'rad' }).waitFor();
   await context.close();
 });

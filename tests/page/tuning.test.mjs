@@ -29,6 +29,7 @@ async function moveSomething(page) {
     await page.keyboard.press('PageUp');
     await page.keyboard.press('PageUp');
     await page.locator('.headline', { hasText: '→' }).waitFor();
+    await page.locator('.status[data-state="idle"]').waitFor({ state: 'attached' });
     if (!(await page.locator('.headline').textContent()).includes('no difference')) return;
   }
   assert.fail('no slider changes the result');

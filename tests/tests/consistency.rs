@@ -2,6 +2,7 @@
 //!
 //! Truth comes from a kinematic signal generator that calls no model of a filter. A failure means a sign error in a
 //! Jacobian, a missing or doubled noise term, or a measurement that is used twice.
+#![allow(clippy::unwrap_used)]
 
 use drivescope_drive::drive::Drive;
 use drivescope_drive::frames::body_to_nav;

@@ -1,6 +1,7 @@
 //! Golden histories: what every estimator makes of the built-in drive, every ten seconds, as it was when last reviewed.
 //! A failure means that behaviour changed. If that was meant, `cargo xtask golden-update` rewrites the files and the
 //! difference goes into the commit.
+#![allow(clippy::unwrap_used)]
 
 use std::path::PathBuf;
 
@@ -49,12 +50,19 @@ fn the_built_in_drive_is_estimated_as_it_was() {
         assert!(rows.len() > 50, "{} has {} rows", path.display(), rows.len());
         for (index, column) in run.series().schema().iter().enumerate() {
             let values = run.series().column_at(index);
-            let scale = golden[column.name].iter().copied().filter(|v| v.is_finite()).fold(0.0, |a: f64, b| a.max(b.abs()));
+            let scale =
+                golden[column.name].iter().copied().filter(|v| v.is_finite()).fold(0.0, |a: f64, b| a.max(b.abs()));
             for (&row, &was) in rows.iter().zip(&golden[column.name]) {
                 let now = values[row];
                 let difference = if column.unit == "rad" { wrap_angle(now - was) } else { now - was };
                 let same = now.is_nan() && was.is_nan() || difference.abs() <= RELATIVE * scale.max(1e-3);
-                assert!(same, "{} {} at {} s: was {was}, is {now}", estimator.name, column.name, run.series().time()[row]);
+                assert!(
+                    same,
+                    "{} {} at {} s: was {was}, is {now}",
+                    estimator.name,
+                    column.name,
+                    run.series().time()[row]
+                );
             }
         }
     }

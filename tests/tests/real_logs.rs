@@ -1,4 +1,5 @@
 //! Real logs, when they are on the machine: they open without a word of configuration and give believable numbers.
+#![allow(clippy::unwrap_used)]
 
 use drivescope_estimation::registry::run_by_name;
 use drivescope_estimation::score::score;

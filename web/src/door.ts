@@ -82,6 +82,8 @@ export interface OpenReport {
   unused: { column: string; reason: string }[];
   notes: string[];
   warnings: OpenWarning[];
+  /** What the log was read with, for saving. */
+  mapping: unknown;
 }
 
 /** Something that was passed over or looks wrong. */
@@ -198,11 +200,10 @@ export interface Comparison {
 export interface Door {
   catalogue(): Catalogue;
   begin_simulation(name: string, seed: number | undefined): void;
-  begin_files(files: File[], mapping: unknown): void;
+  begin_files(files: File[], mapping: string | undefined): void;
   open_some(budgetMs: number): Progress;
   cancel_open(): void;
   report(): DriveReport;
-  mapping(): unknown;
   begin_run(estimator: string, params: Record<string, ParamValue>, vehicle: string | null | undefined): void;
   run_some(estimator: string, budgetMs: number): Progress;
   cancel_run(estimator: string): void;

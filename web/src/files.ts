@@ -15,10 +15,11 @@ export async function openFiles(store: Store, session: Session, files: File[]): 
     store.error.value = t.errors.mappingAlone(mappingFile.name);
     return false;
   }
-  let mapping: unknown = null;
+  let mapping: string | null = null;
   if (mappingFile) {
     try {
-      mapping = JSON.parse(await mappingFile.text());
+      mapping = await mappingFile.text();
+      JSON.parse(mapping);
     } catch (reason) {
       store.error.value = t.errors.mappingJson(mappingFile.name, reason instanceof Error ? reason.message : String(reason));
       return false;

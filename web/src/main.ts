@@ -35,14 +35,13 @@ const trajectory = new TrajectoryView(store, session);
 trajectory.onOutages = (outages) => mode.setOutages(outages);
 const transport = new Transport(store, session);
 const tune = new TunePanel(store, session, history);
-const report = new ReportPanel(store, session);
+const report = new ReportPanel(store);
 const help = helpDialog(store);
 const side = sidePanel();
 
 async function openBuiltIn(name: string, seed: number | null = null): Promise<void> {
   const title = store.catalogue.value?.drives.find((d) => d.name === name)?.title ?? name;
   if (await session.open({ kind: 'simulation', name, seed }, title)) session.runAll();
-  else store.report.value && store.builtIn.value !== null && (store.builtIn.value = { ...store.builtIn.value });
 }
 
 async function openDropped(files: File[]): Promise<void> {
@@ -115,7 +114,12 @@ async function start(): Promise<void> {
   history.push(address.tuning);
   store.catalogue.value = catalogue;
   store.tuning.value = address.tuning;
-  followAddress(store);
+  followAddress(store, (hash) => {
+    const { tuning, drive, seed } = fromHash(hash, catalogue);
+    history.push(tuning);
+    store.tuning.value = tuning;
+    if (drive !== null && (drive !== store.builtIn.value?.name || seed !== store.builtIn.value.seed)) void openBuiltIn(drive, seed);
+  });
   const first = address.drive ?? catalogue.drives[0]?.name;
   if (first !== undefined) await openBuiltIn(first, address.seed);
 }

@@ -97,8 +97,12 @@ export class Session {
     void this.rpc.call('keep_previous', { estimator, keep: true });
   }
 
+  /** The drag is over: once its last result is there, the next change is compared with that. */
   endGesture(estimator: string): void {
-    if (!this.#store.run(estimator).value.isKept) this.#whenIdle(estimator, () => this.keepGhost(estimator, false));
+    this.#whenIdle(estimator, () => {
+      const { isKept } = this.#store.run(estimator).value;
+      if (!isKept) void this.rpc.call('keep_previous', { estimator, keep: false });
+    });
   }
 
   #whenIdle(estimator: string, action: () => void): void {

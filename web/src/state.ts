@@ -78,10 +78,15 @@ export class Store {
     const span = { t0: report.start, t1: Math.max(report.end, report.start + SHORTEST) };
     this.isPlaying.value = false;
     for (const run of this.#runs.values()) run.value = NO_RUN;
-    this.report.value = report;
     this.span.value = span;
     this.window.value = span;
     this.cursor.value = span.t0;
+    this.report.value = report;
+  }
+
+  /** An instant as counted from the start of the drive, s. */
+  sinceStart(time: number): number {
+    return time - this.span.value.t0;
   }
 
   /** Show a stretch, kept inside the drive. */

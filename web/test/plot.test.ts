@@ -9,7 +9,8 @@ test('what is not finite becomes a gap, also at the start where uPlot would lose
 });
 
 test('an angle that goes round leaves no line across the plot', () => {
-  expect(breakTurns([170, 179, -179, -170, null, 170], 180)).toEqual([170, 179, null, -170, null, 170]);
+  expect(breakTurns([160, 165, 170, -175, -170, -160, null, 170], 180)).toEqual([160, null, null, null, null, -160, null, 170]);
+  expect(breakTurns([-90, 89], 180)).toEqual([-90, 89]);
 });
 
 test('a band is three sigmas wide and open where there is no sigma', () => {
@@ -32,7 +33,7 @@ test('a logarithmic range takes positive values only', () => {
 });
 
 test('a band that dwarfs the curves is cut off', () => {
-  expect(withBand([-1, 1], [-100], [100])).toEqual([-2.2, 2.2]);
+  expect(withBand([-1, 1], [-100], [100])).toEqual([-1.6, 1.6]);
   expect(withBand([-1, 1], [-0.5], [0.5])).toEqual([-1, 1]);
 });
 

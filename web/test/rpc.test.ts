@@ -17,8 +17,8 @@ function fakePort(): { client: RpcClient; sent: ToWorker[]; receive(message: Fro
 
 test('answers find their question whatever their order', async () => {
   const { client, receive } = fakePort();
-  const first = client.call('mapping', {});
-  const second = client.call('mapping', {});
+  const first = client.call('csv', { source: 'drive' });
+  const second = client.call('csv', { source: 'drive' });
   receive({ id: 2, ok: true, value: 'b' });
   receive({ id: 1, ok: true, value: 'a' });
   expect(await first).toBe('a');
@@ -50,7 +50,7 @@ test('a dead worker leaves nobody waiting', async () => {
   client.onDead = (message) => {
     reason = message;
   };
-  const waiting = client.call('mapping', {});
+  const waiting = client.call('csv', { source: 'drive' });
   receive({ dead: 'unreachable' });
   await expect(waiting).rejects.toBeInstanceOf(Cancelled);
   expect(reason).toBe('unreachable');

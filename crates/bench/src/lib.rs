@@ -58,6 +58,7 @@ fn hour(drive: &Drive) -> Result<Drive, String> {
         range: repeat(&drive.range, period)?,
         truth: Series::default(),
         vehicle: drive.vehicle.clone(),
+        rear_axle: drive.rear_axle,
     })
 }
 

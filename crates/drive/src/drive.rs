@@ -30,6 +30,8 @@ pub struct Drive {
     pub truth: Series,
     /// The car, where the drive says which.
     pub vehicle: Option<VehicleParams>,
+    /// Where the rear axle is, seen from the inertial sensor, m ahead; where the drive says it.
+    pub rear_axle: Option<f64>,
 }
 
 /// Everything measured at one instant.
@@ -191,6 +193,8 @@ pub struct LogStart {
     pub speed: f64,
     /// Origin of local coordinates: truth's first place, else the first valid fix; `None` where positions are local already.
     pub origin: Option<Geodetic>,
+    /// Where the rear axle is, seen from the inertial sensor, m ahead; `None` where the drive does not say.
+    pub rear_axle: Option<f64>,
 }
 
 impl Drive {
@@ -287,7 +291,7 @@ impl Drive {
         let wheel = self.wheels.iter().take_while(|(t, _)| *t <= soon).map(|(_, w)| w.forward_speed());
         let gnss = self.gnss.iter().take_while(|(t, _)| *t <= soon).map(|(_, g)| g.ground_speed());
         let speed = wheel.chain(gnss).find(|v| v.is_finite()).unwrap_or(f64::NAN);
-        LogStart { imu_step: median_step(imu_time), speed, origin: self.origin() }
+        LogStart { imu_step: median_step(imu_time), speed, origin: self.origin(), rear_axle: self.rear_axle }
     }
 
     /// Origin of local coordinates; see [`LogStart::origin`].
@@ -333,14 +337,15 @@ mod tests {
     fn a_cursor_stops_and_goes_on_without_losing_an_epoch() {
         let d = drive();
         let mut cursor = EpochCursor::default();
-        let mut count = 0;
-        while let Some(_epoch) = cursor.next(&d) {
-            let mut copy = cursor;
-            cursor = copy;
-            let _ = copy.next(&d);
-            count += 1;
+        let mut times = Vec::new();
+        loop {
+            // A copy that is abandoned must not move the one that goes on.
+            let mut abandoned = cursor;
+            let _ = abandoned.next(&d);
+            let Some(epoch) = cursor.next(&d) else { break };
+            times.push(epoch.time);
         }
-        assert_eq!(count, 100);
+        assert_eq!(times, d.epochs().map(|e| e.time).collect::<Vec<_>>());
         assert_eq!(cursor.fraction(&d), 1.0);
     }
 

@@ -403,9 +403,7 @@ mod tests {
         assert_eq!(error(json!({"which": "third"})), "`which` expects one of first, second, found \"third\"");
         assert_eq!(error(json!({"aid": 3})), "`aid` expects true or false, found 3");
         assert!(error(json!([1])).contains("JSON object"));
-        let mut t = Tuning::default();
-        t.walk = f64::NAN;
-        assert!(t.validate().is_err(), "NaN is not a value of a number");
+        assert!(Tuning { walk: f64::NAN, ..Tuning::default() }.validate().is_err(), "NaN is not a value of a number");
     }
 
     #[test]

@@ -85,9 +85,9 @@ pub fn update<const N: usize, const M: usize>(
     let Observation { y, h, r } = obs;
     let hp = h * *p;
     let s = Cholesky::new(hp * h.transpose() + r).ok_or(NotPositiveDefinite)?;
-    let nis = y.dot(&s.solve(y)).min(f64::MAX);
+    let nis = y.dot(&s.solve(y));
     if nis.is_nan() || nis > gate.unwrap_or(f64::MAX) {
-        return Ok(Outcome::Rejected { nis });
+        return Ok(Outcome::Rejected { nis: nis.clamp(0.0, f64::MAX) });
     }
     let k = s.solve(&hp).transpose();
     let a = SMatrix::<f64, N, N>::identity() - k * h;
@@ -112,9 +112,9 @@ pub fn update_scalar<const N: usize>(
     if !(s > 0.0 && s < f64::INFINITY) {
         return Err(NotPositiveDefinite);
     }
-    let nis = (y * y / s).min(f64::MAX);
+    let nis = y * y / s;
     if nis.is_nan() || nis > gate.unwrap_or(f64::MAX) {
-        return Ok(Outcome::Rejected { nis });
+        return Ok(Outcome::Rejected { nis: nis.clamp(0.0, f64::MAX) });
     }
     let k = ph / s;
     // A = (I - k h) P; P = A (I - k h)' + k r k'

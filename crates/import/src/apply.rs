@@ -85,7 +85,7 @@ pub fn apply(mut table: Table, mapping: &Mapping, name: &str) -> Result<(Drive, 
     let timeless = times.iter().filter(|t| t.is_nan()).count();
     if timeless > 0 {
         let row = times.iter().position(|t| t.is_nan()).map(|r| table.line_of(r));
-        report.warn(format!("{timeless} rows without a time were left out."), None, row, timeless);
+        report.warn(format!("{} without a time left out.", counted(timeless, "row")), None, row, timeless);
     }
     let mut shared = Shared::of(mapping);
     let mut drive = Drive { name: name.to_owned(), ..Drive::default() };
@@ -102,6 +102,11 @@ pub fn apply(mut table: Table, mapping: &Mapping, name: &str) -> Result<(Drive, 
     Ok((drive, report))
 }
 
+/// `1 row`, `2 rows`.
+fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
 impl MapReport {
     fn warn(&mut self, message: String, column: Option<String>, row: Option<usize>, count: usize) {
         self.warnings.push(Warning { message, column, row, count });
@@ -109,11 +114,11 @@ impl MapReport {
 }
 
 /// How often each raw column is still needed: the last use takes its values.
-struct Shared<'a>(std::collections::HashMap<&'a str, usize>);
+struct Shared<'a>(std::collections::BTreeMap<&'a str, usize>);
 
 impl<'a> Shared<'a> {
     fn of(mapping: &'a Mapping) -> Self {
-        let mut uses = std::collections::HashMap::new();
+        let mut uses = std::collections::BTreeMap::new();
         mapping.signals.values().for_each(|s| *uses.entry(s.column.as_str()).or_insert(0) += 1);
         Self(uses)
     }
@@ -199,8 +204,25 @@ impl<'m> Loader<'_, 'm> {
         if rows.is_empty() {
             return Ok(None);
         }
+        self.blank_null_island(&parts, &mut columns);
         let time = if all { self.times.to_vec() } else { rows.iter().map(|&r| self.times[r as usize]).collect() };
         Ok(Some((time, columns)))
+    }
+
+    /// Receivers without a fix write latitude and longitude 0: such places become blank.
+    fn blank_null_island(&mut self, parts: &Parts, columns: &mut [Vec<f64>]) {
+        let index = |name: &str| parts.sources.iter().position(|s| s.is_some_and(|(n, ..)| n == name));
+        let (Some(lat), Some(lon)) = (index("gnss_lat"), index("gnss_lon")) else { return };
+        let nowhere: Vec<usize> =
+            (0..columns[lat].len()).filter(|&i| columns[lat][i] == 0.0 && columns[lon][i] == 0.0).collect();
+        for &i in &nowhere {
+            (columns[lat][i], columns[lon][i]) = (f64::NAN, f64::NAN);
+        }
+        if !nowhere.is_empty() {
+            let text =
+                format!("gnss: {} at latitude and longitude 0 taken as no fix.", counted(nowhere.len(), "place"));
+            self.report.warn(text, None, None, nowhere.len());
+        }
     }
 
     /// The rows that hold a sample: a time after the sample before, and a value of a signal other than `gnss_valid`.
@@ -232,8 +254,9 @@ impl<'m> Loader<'_, 'm> {
         if let Some(row) = first_repeated {
             let line = self.table.line_of(row);
             let text = format!(
-                "{}: {repeated} samples with the time of the one before were left out, first in row {line}.",
-                parts.name
+                "{}: {} at the time of the one before left out, first in row {line}.",
+                parts.name,
+                counted(repeated, "sample")
             );
             self.report.warn(text, None, Some(line), repeated);
         }
@@ -278,9 +301,18 @@ impl<'m> Loader<'_, 'm> {
         if gaps > 0 {
             let at = time.windows(2).find(|w| w[1] - w[0] == largest_gap).map_or(0.0, |w| w[0]);
             let text = format!(
-                "{name}: {gaps} gaps of more than ten steps of {step:.4} s; the longest is {largest_gap:.3} s, after {at:.3} s."
+                "{name}: {} of more than ten steps of {step:.4} s; the longest is {largest_gap:.3} s, after {at:.3} s.",
+                counted(gaps, "gap")
             );
             self.report.warn(text, None, None, gaps);
+        }
+        let uneven = steps().filter(|s| (s - step).abs() > 0.5 * step).count();
+        if 5 * uneven > time.len() {
+            let percent = 100.0 * uneven as f64 / time.len() as f64;
+            let text = format!(
+                "{name}: the clock is uneven: {percent:.0} % of the steps differ by more than half from the median of {step:.4} s."
+            );
+            self.report.warn(text, None, None, uneven);
         }
         let rate = if step > 0.0 { 1.0 / step } else { f64::NAN };
         self.report.channels.push(ChannelReport { name, samples: series.len(), rate, duration, largest_gap, gaps });

@@ -196,7 +196,7 @@ mod tests {
     const COMMA: Cut = Cut { separator: b',', collapse: false, eol: b'\n' };
     const SPACES: Cut = Cut { separator: b' ', collapse: true, eol: b'\n' };
 
-    fn row<'a>(cut: Cut, text: &'a str) -> Vec<&'a str> {
+    fn row(cut: Cut, text: &str) -> Vec<&str> {
         cut.row(text.as_bytes()).into_iter().map(|c| std::str::from_utf8(c).unwrap()).collect()
     }
 

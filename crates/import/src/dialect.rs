@@ -80,7 +80,8 @@ pub(crate) fn sniff(head: &[u8], whole: bool) -> Result<Dialect, SniffError> {
     if lines.iter().all(|l| l.comment) {
         return Err(SniffError::Empty);
     }
-    Ok(layout(&lines, cut))
+    let dialect = layout(&lines, cut);
+    if dialect.columns.is_empty() { Err(SniffError::Empty) } else { Ok(dialect) }
 }
 
 /// The separator that a first line `sep=;` states, where the text after it begins, and that line's number.
@@ -182,7 +183,8 @@ fn layout(lines: &[Line], cut: Cut) -> Dialect {
     let names_time = |i: usize| cells[i].iter().any(|c| is_time_name(&split_unit(&text_of(c)).0));
     let is_data = |i: usize| {
         let l = row_looks[i];
-        !lines[i].comment && l.numbers > 0 && l.texts <= l.cells / 2 && !(l.texts > 0 && names_time(i))
+        let clock = cells[i].first().is_some_and(|c| is_time_name(&split_unit(&text_of(c)).0));
+        !lines[i].comment && l.numbers > 0 && l.texts <= l.cells / 2 && !clock
     };
     let first_data = (0..lines.len()).find(|&i| is_data(i));
     let width = first_data.map_or(0, |i| row_looks[i].cells);
@@ -232,6 +234,10 @@ fn choose_header(
     if let Some(i) = last(&|i| timed(i) && named(i)).or_else(|| last(&timed)).or_else(|| last(&named)) {
         return Some(i);
     }
+    if width == 0 {
+        // No row of numbers: the first row is a header over rows that are to be complained of.
+        return plain.first().copied();
+    }
     let trimmed = |i: usize| cells[i].iter().filter(|c| !c.is_empty() && c.as_slice() != b"#").count();
     (0..before).rev().find(|&i| lines[i].comment && width > 1 && (cells[i].len() == width || trimmed(i) == width))
 }
@@ -266,7 +272,7 @@ fn named_columns(header: &[Vec<u8>], units: Option<&Vec<Vec<u8>>>, comment: bool
         texts.pop();
     }
     let mut columns: Vec<(String, Option<String>)> = Vec::with_capacity(texts.len());
-    let mut seen = std::collections::HashMap::<String, usize>::new();
+    let mut seen = std::collections::BTreeMap::<String, usize>::new();
     for (i, text) in texts.iter().enumerate() {
         let (mut name, mut unit) = split_unit(text);
         if name.is_empty() {

@@ -2,7 +2,6 @@
 
 use drivescope_drive::csv::file_unit;
 
-use crate::clock::median;
 use crate::names::signal;
 use crate::propose::{Candidate, Confidence, Unused};
 use crate::table::Table;

@@ -24,6 +24,7 @@ mod cell;
 mod clock;
 mod column;
 mod csv;
+mod csv_body;
 mod dialect;
 mod error;
 mod evidence;

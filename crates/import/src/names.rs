@@ -148,10 +148,10 @@ pub(crate) fn unknown_prefix(name: &str) -> Option<Match> {
     let mut rest = name.as_str();
     while let Some((_, tail)) = rest.split_once('_') {
         rest = tail;
-        if rest.contains('_') || rest.len() > 4 {
-            if let Some(m) = matches(rest).into_iter().next() {
-                return Some(m);
-            }
+        if (rest.contains('_') || rest.len() > 4)
+            && let Some(m) = matches(rest).into_iter().next()
+        {
+            return Some(m);
         }
     }
     None

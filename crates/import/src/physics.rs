@@ -20,6 +20,7 @@ pub(crate) fn check(draft: &mut Draft) {
     speeds(draft);
     course(draft);
     gravity(draft);
+    field(draft);
     yaw_rate(draft);
     lateral(draft);
     forward(draft);
@@ -81,7 +82,9 @@ fn course(draft: &mut Draft) {
     let error =
         |factor: f64| median(pairs.iter().map(|(raw, way)| wrap_angle(raw * factor - way).abs()).collect()) / DEG;
     let (as_rad, as_deg) = (error(1.0), error(DEG));
-    if pairs.len() < 5 {
+    if pairs.len() < 5 && !is_alias(draft, "course") {
+        // The canonical unit stands.
+    } else if pairs.len() < 5 {
         draft.note(format!(
             "{column} states no unit and stays below {top:.3}: taken as rad; nothing in the file can tell."
         ));
@@ -90,7 +93,7 @@ fn course(draft: &mut Draft) {
         draft.note(format!("{column} states no unit: taken as degrees, then {as_deg:.1} deg from the direction of motion (median); as rad {as_rad:.1} deg."));
     } else {
         draft.revise("course", Some("rad"), false, "rad, by the direction of motion");
-        draft.note(format!("{column} states no unit: taken as rad, then {as_rad:.2} deg from the direction of motion (median); as degrees {as_deg:.2} deg."));
+        let _ = is_alias(draft, "course").then(|| draft.note(format!("{column} states no unit: taken as rad, then {as_rad:.2} deg from the direction of motion (median); as degrees {as_deg:.2} deg.")));
     }
 }
 
@@ -136,6 +139,34 @@ fn gravity(draft: &mut Draft) {
         draft.note(format!(
             "gravity lies along the accelerometer's {axis} axis (median {value:.2} m/s^2): the sensor is mounted on its side; give a mapping that names its axes."
         ));
+    }
+}
+
+/// Unit of the magnetometer: the Earth's field is 25 to 65 uT, a car's own field adds as much again.
+fn field(draft: &mut Draft) {
+    const EARTH: f64 = 48.0;
+    const UNITS: &[(&str, f64)] =
+        &[("uT", EARTH), ("nT", 1e3 * EARTH), ("mG", 10.0 * EARTH), ("G", 0.01 * EARTH), ("T", 1e-6 * EARTH)];
+    if MAG.iter().any(|n| draft.get(n).is_none()) {
+        return;
+    }
+    let magnitude = |draft: &Draft| {
+        let norm = |b: &[Binned; 3]| b.iter().map(|m| m.mean * m.mean).sum::<f64>().sqrt();
+        median(draft.bins(MAG, 0.5).iter().map(norm).filter(|n| n.is_finite()).collect())
+    };
+    let raw = magnitude(draft);
+    let (unit, distance) = nearest(raw, UNITS);
+    if MAG.iter().all(|n| draft.unit_is_open(n)) && unit != "uT" && distance < 1.1 {
+        for name in MAG {
+            draft.revise(name, Some(unit), false, &format!("{unit}, since the median magnitude is {raw:.4}"));
+        }
+        draft.note(format!(
+            "the magnetometer states no unit: taken as {unit}, since the median of its magnitude is {raw:.3e}."
+        ));
+    }
+    let found = magnitude(draft);
+    if !(15.0..150.0).contains(&found) && found.is_finite() {
+        draft.note(format!("the magnetometer's magnitude has a median of {found:.1} uT, the Earth's field has 25 to 65: check its unit or its offsets."));
     }
 }
 
@@ -264,7 +295,7 @@ fn steering(draft: &mut Draft) {
         } else if draft.unit_is_open(name) && clear && unit == "deg" && distance < 1.4 {
             draft.revise(name, Some("deg"), false, "degrees by the yaw rate");
             draft.note(format!("{column} states no unit: taken as degrees, since {numbers}."));
-        } else if draft.unit_is_open(name) && !clear {
+        } else if draft.unit_is_open(name) && !clear && is_alias(draft, name) {
             draft.note(format!(
                 "{column} states no unit and stays below {top:.3}: taken as rad; the drive turns too little to tell."
             ));
@@ -275,10 +306,15 @@ fn steering(draft: &mut Draft) {
     }
 }
 
+/// Whether the name leaves the unit and the sign open: those of canonical names are law until contradicted.
+fn is_alias(draft: &Draft, name: &str) -> bool {
+    draft.get(name).is_some_and(|c| c.rank > 0)
+}
+
 /// Turn the sign of an alias; of a canonical name say only that it contradicts.
 fn turn_or_doubt(draft: &mut Draft, name: &str, numbers: &str) {
     let column = draft.column(name);
-    if draft.get(name).is_some_and(|c| c.rank > 0) {
+    if is_alias(draft, name) {
         draft.revise(name, None, true, "sign turned by physics");
         draft.note(format!("{column} counts the other way, since {numbers}: its sign was turned."));
     } else {

@@ -1,6 +1,5 @@
 //! What was found in a file, in a form that the page and the command line show.
 
-use drivescope_drive::csv::file_unit;
 use drivescope_drive::drive::{Drive, Signal};
 use serde::Serialize;
 
@@ -169,10 +168,14 @@ fn fill(report: &mut OpenReport, proposal: &Proposal, mapped: MapReport, drive: 
 
 /// `g -> m/s^2 (x 9.80665)`, or `as it is`.
 fn conversion(name: &str, unit: &str, factor: f64, offset: f64) -> String {
-    let si = signal(name).map_or("1", |c| c.unit);
     if factor == 1.0 && offset == 0.0 {
-        return format!("as it is, {}", file_unit(name, si));
+        return format!("as it is, {unit}");
     }
+    let si = match signal(name) {
+        Some(c) if c.unit == "deg" => "rad",
+        Some(c) => c.unit,
+        None => "1",
+    };
     let added = if offset == 0.0 { String::new() } else { format!(", then {offset:+}") };
     format!("{unit} -> {si} (x {factor:.6}{added})")
 }

@@ -5,8 +5,11 @@ use std::f64::consts::PI;
 const DEG: f64 = PI / 180.0;
 const G: f64 = drivescope_drive::geodesy::STANDARD_GRAVITY;
 
+/// Spellings of a unit, and its factor to the SI unit.
+type Unit = (&'static [&'static str], f64);
+
 /// For each SI unit of a signal: spellings (normalized) and the factor to that unit.
-const TABLE: &[(&str, &[(&[&str], f64)])] = &[
+const TABLE: &[(&str, &[Unit])] = &[
     (
         "m/s^2",
         &[

@@ -190,7 +190,6 @@ fn any_bytes_are_read_or_refused_without_a_panic() {
                 }
             }
         }
-        std::fs::write("/tmp/t-import/last.bin", &text).unwrap();
         let whole = bits(read(&text));
         assert_eq!(bits(read_in_slices(&text, 1 + random.below(4096))), whole, "{:?}", String::from_utf8_lossy(&text));
         if let Ok((drive, report)) = open_csv(&mut IoSource::new(text.as_slice(), None), "x.csv", None) {

@@ -88,8 +88,13 @@ impl Simulation {
         let lever_arm = Vector3::from(spec.lever_arm);
         let sensors = Sensors::new(grade, &plant.car, spec, seed.unwrap_or(spec.seed));
         let motion = Motion::of(&plant, &lever_arm, origin);
-        let drive =
-            Drive { name: spec.name.clone(), truth: truth::series(), vehicle: Some(params), ..Drive::default() };
+        let drive = Drive {
+            name: spec.name.clone(),
+            truth: truth::series(),
+            rear_axle: Some(-params.cg_to_rear - lever_arm.x),
+            vehicle: Some(params),
+            ..Drive::default()
+        };
         let mut simulation = Self {
             road,
             plant,

@@ -38,6 +38,14 @@ export class ParamList {
     store.display.on(() => this.setEstimator(this.#estimator));
   }
 
+  /** Show only the parameters whose name or description holds `text`. */
+  filter(text: string): void {
+    const wanted = text.trim().toLowerCase();
+    for (const { spec, element } of this.#rows) {
+      element.hidden = ![words(spec.name), spec.symbol, spec.doc].some((s) => s.toLowerCase().includes(wanted));
+    }
+  }
+
   setEstimator(estimator: EstimatorInfo | null): void {
     this.#estimator = estimator;
     this.#rows = (estimator?.params ?? []).map((spec) => this.#row(spec));
@@ -127,7 +135,7 @@ export class ParamList {
     const name = words(spec.name);
     const slider = h('input', { type: 'range', min: 0, max: TRAVEL, step: 1, 'aria-label': name });
     const field = h('input.number', { type: 'text', inputmode: 'decimal', size: 8, spellcheck: 'false', autocomplete: 'off', 'aria-label': t.params.value(name) });
-    const unitText = h('span.unit', {}, unit);
+    const unitText = h('span.unit', { title: unit }, unit);
     const auto = h('input', { type: 'checkbox', 'aria-label': `${name}: ${t.params.auto}` });
     const middle = 'default' in spec ? spec.default : clamp(spec, 0);
     this.#listenSlider(spec, slider);

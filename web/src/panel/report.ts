@@ -1,9 +1,8 @@
 /** The side panel's second page: what a log holds, how its columns were read, what can be estimated from it. */
 
-import { h } from '../dom';
+import { h, prose } from '../dom';
 import type { DriveReport, OpenReport } from '../door';
 import { t } from '../messages';
-import type { Session } from '../session';
 import type { Store } from '../state';
 import { formatSignificant, formatTime } from '../units';
 import { saveMapping } from '../views/header';
@@ -29,11 +28,9 @@ function size(bytes: number): string {
 export class ReportPanel {
   readonly element = h('div.report', { tabindex: '-1' });
   #store: Store;
-  #session: Session;
 
-  constructor(store: Store, session: Session) {
+  constructor(store: Store) {
     this.#store = store;
-    this.#session = session;
     store.report.on(() => this.#show());
     store.catalogue.on(() => this.#show());
   }
@@ -44,7 +41,7 @@ export class ReportPanel {
     this.element.replaceChildren(
       h('h3', {}, report.name),
       h('p', {}, `${report.kind === 'file' ? t.report.file : this.#drivesDoc(report)} ${t.report.span(formatTime(report.end - report.start), report.channels.length)}`),
-      ...this.#fileFacts(report.import),
+      ...this.#fileFacts(report, report.import),
       h('h4', {}, t.report.runs),
       this.#runs(report),
       ...this.#warnings(report.import),
@@ -65,12 +62,13 @@ export class ReportPanel {
     return `${t.report.simulated}${drive ? ` ${drive.doc}` : ''}`;
   }
 
-  #fileFacts(opened: OpenReport | null): HTMLElement[] {
+  #fileFacts(report: DriveReport, opened: OpenReport | null): HTMLElement[] {
     if (!opened) return [];
     const facts = [
       t.report.fileSize(size(opened.bytes), opened.rows.toLocaleString('en')),
       t.report.layout(opened.layout.separator, opened.layout.decimal),
       opened.epoch ? t.report.epoch(opened.epoch) : '',
+      report.start !== 0 ? t.report.start(report.start.toLocaleString('en', { maximumFractionDigits: 3 })) : '',
     ];
     return [h('p', {}, facts.filter(Boolean).join(' '))];
   }
@@ -88,26 +86,23 @@ export class ReportPanel {
   #warnings(opened: OpenReport | null): HTMLElement[] {
     if (!opened) return [];
     const list = (title: string, texts: string[]): HTMLElement[] =>
-      texts.length > 0 ? [h('h4', {}, title), h('ul', {}, ...texts.map((text) => h('li', {}, text)))] : [];
+      texts.length > 0 ? [h('h4', {}, title), h('ul', {}, ...texts.map((text) => h('li', {}, ...prose(text))))] : [];
     return [...list(t.report.warnings, opened.warnings.map((w) => w.message)), ...list(t.report.notes, opened.notes)];
   }
 
   #mapping(report: DriveReport): HTMLElement[] {
     const opened = report.import;
     if (!opened) return [];
-    const name = report.name.replace(/\.[^.]*$/, '');
-    const download = h('button', { type: 'button', onclick: () => void saveMapping(this.#session, name) }, t.report.download);
+    const download = h('button', { type: 'button', onclick: () => saveMapping(report) }, t.report.download);
     const used = opened.used.map((u) => [
-      u.column,
-      h('code', {}, u.signal),
-      [u.conversion, u.why].filter(Boolean).join('; '),
-      h('span.confidence', { 'data-confidence': u.confidence }, t.report.confidences[u.confidence]),
+      u.column === u.signal ? h('code', {}, u.signal) : h('span', {}, `${u.column} → `, h('code', {}, u.signal)),
+      h('span', {}, ...prose(`${[u.conversion, u.why].filter(Boolean).join('; ')}; `), h('span.confidence', { 'data-confidence': u.confidence }, t.report.confidences[u.confidence])),
     ]);
-    const unused = opened.unused.map((u) => [u.column, u.reason]);
+    const unused = opened.unused.map((u) => [u.column, h('span', {}, ...prose(u.reason))]);
     return [
       h('h4', {}, t.report.mapped),
-      table([t.report.raw, t.report.signal, t.report.how, ''], used, t.report.mapped),
-      ...(unused.length > 0 ? [h('h4', {}, t.report.unused), table([t.report.raw, t.report.how], unused, t.report.unused)] : []),
+      table([t.report.column, t.report.how], used, t.report.mapped),
+      ...(unused.length > 0 ? [h('h4', {}, t.report.unused), table([t.report.column, t.report.how], unused, t.report.unused)] : []),
       download,
       h('p.note', {}, t.report.mappingHint),
     ];

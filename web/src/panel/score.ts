@@ -1,7 +1,7 @@
 /** What changed: the numbers of the latest result beside those of the one before. */
 
 import { h } from '../dom';
-import type { Change, EstimatorInfo, RunReport, Score } from '../door';
+import type { Change, EstimatorInfo, Metric, RunReport, Score } from '../door';
 import { t } from '../messages';
 import type { Session } from '../session';
 import type { RunState, Store } from '../state';
@@ -18,7 +18,7 @@ interface Shown {
 function shownError(column: string, unit: string, value: number, display: Display): Shown {
   const quantity = quantityOf(column, unit);
   const label = unitLabel(quantity, unit, display);
-  return { text: formatSignificant(convertDifference(quantity, value, display)), unit: label === '' || label === '°' || label === '%' ? label : ` ${label}` };
+  return { text: formatSignificant(convertDifference(quantity, value, display)), unit: label === '' || label === '°' ? label : ` ${label}` };
 }
 
 function shownChange(change: Pick<Change, 'measure' | 'column' | 'unit'>, value: number, display: Display): Shown {
@@ -47,6 +47,15 @@ function keyNumber(score: Score): Pick<Change, 'measure' | 'column' | 'unit' | '
   const metric = score.metrics.find((m) => m.column === 'grade') ?? score.metrics[0];
   if (metric) return { measure: 'rmse', column: metric.column, unit: metric.unit, after: metric.rmse };
   return null;
+}
+
+/** What the views show; everything else is among all numbers. */
+const KEY_COLUMNS = ['roll', 'pitch', 'yaw', 'grade', 'slope', 'speed', 'sideslip'];
+
+/** The metrics worth a place above the parameters; the first few where none of the usual ones is there. */
+function keyMetrics({ metrics, mode, position }: Score): Metric[] {
+  const key = metrics.filter((m) => KEY_COLUMNS.includes(m.column));
+  return key.length > 0 || mode || position ? key : metrics.slice(0, 6);
 }
 
 export class ScoreCard {
@@ -114,7 +123,7 @@ export class ScoreCard {
     const key = keyNumber(reply.current.score);
     if (!key) return [t.score.noTruth];
     const { text, unit } = shownChange(key, key.after, display);
-    return [h('strong', {}, t.score.now(t.score.headline[key.measure](words(key.column)), text, unit)), ' ', h('span.hint', {}, t.score.tuneHint)];
+    return [h('strong', {}, t.score.now(t.score.headline[key.measure](words(key.column)), text, unit))];
   }
 
   #whyNot(): string {
@@ -124,7 +133,8 @@ export class ScoreCard {
   }
 
   #ghostControls(name: string, { reply, isKept }: RunState): HTMLElement[] {
-    if (!reply?.previous) return [];
+    if (!reply) return [];
+    if (!reply.previous) return [h('span.hint', {}, t.score.tuneHint)];
     const keep = h('input', { type: 'checkbox', checked: isKept });
     keep.addEventListener('change', () => this.#session.keepGhost(name, keep.checked));
     const clear = h('button.quiet', { type: 'button', onclick: () => this.#session.clearGhost(name) }, t.score.clearGhost);
@@ -156,8 +166,10 @@ export class ScoreCard {
         better: judge(before?.mode?.accuracy, now.mode.accuracy, -1),
       });
     }
-    for (const m of now.metrics) {
-      if (now.position && /^(lat|lon)$/.test(m.column)) continue;
+    if (now.position?.rmse_vertical != null) {
+      add(t.score.vertical, 'position', 'm', now.position.rmse_vertical, before?.position?.rmse_vertical ?? undefined);
+    }
+    for (const m of keyMetrics(now)) {
       add(words(m.column), m.column, m.unit, m.rmse, before?.metrics.find((b) => b.column === m.column)?.rmse);
     }
     if (rows.length === 0) return null;
@@ -171,8 +183,9 @@ export class ScoreCard {
 
   #notices({ notices }: RunReport): HTMLElement | null {
     if (notices.length === 0) return null;
+    const at = (time: number): string => formatTime(this.#store.sinceStart(time));
     const said = notices.map((n) =>
-      h('li', {}, n.count > 1 ? t.score.notice(n.text, n.count.toLocaleString('en'), formatTime(n.first)) : t.score.oneNotice(n.text, formatTime(n.first))),
+      h('li', {}, n.count > 1 ? t.score.notice(n.text, n.count.toLocaleString('en'), at(n.first)) : t.score.oneNotice(n.text, at(n.first))),
     );
     return h('div.notices', {}, h('h4', {}, t.score.notices), h('ul', {}, ...said));
   }

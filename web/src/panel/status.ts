@@ -1,6 +1,6 @@
 /** What is going on (with a way to stop it) and what went wrong. */
 
-import { h, iconButton } from '../dom';
+import { h, iconButton, prose } from '../dom';
 import { t } from '../messages';
 import type { Session } from '../session';
 import type { Store } from '../state';
@@ -68,7 +68,7 @@ export function errorBanner(store: Store): HTMLElement {
   }));
   store.error.watch((error) => {
     banner.hidden = error === null;
-    text.textContent = error ?? '';
+    text.replaceChildren(...prose(error ?? ''));
   });
   return banner;
 }

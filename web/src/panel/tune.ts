@@ -9,6 +9,9 @@ import type { History, Tuning } from '../tuning';
 import { ParamList } from './params';
 import { ScoreCard } from './score';
 
+/** From this many parameters on there is a filter for them. */
+const MANY = 12;
+
 export class TunePanel {
   readonly element: HTMLElement;
   #store: Store;
@@ -19,6 +22,7 @@ export class TunePanel {
   #doc = h('p.doc');
   #vehicle = h('select', { 'aria-label': t.params.vehicle });
   #count = h('span.count');
+  #filter = h('input.filter', { type: 'search', placeholder: t.params.filter, 'aria-label': t.params.filter });
   #undo: HTMLButtonElement;
   #redo: HTMLButtonElement;
   #resetAll: HTMLButtonElement;
@@ -32,8 +36,10 @@ export class TunePanel {
     this.#redo = iconButton('redo', t.params.redo, () => this.redo());
     this.#resetAll = h('button.quiet', { type: 'button', onclick: () => this.#reset() }, t.params.resetAll);
     const bar = h('div.params-bar', {}, h('h3', {}, t.params.parameters), this.#count, h('span.spacer'), this.#undo, this.#redo, this.#resetAll);
+    const filter = this.#filter;
+    filter.addEventListener('input', () => this.#list.filter(filter.value));
     const vehicle = h('label.vehicle', {}, h('span', {}, t.params.vehicle), this.#vehicle);
-    const body = h('div.tab-body', { role: 'tabpanel', id: 'tune-body', 'aria-label': t.params.parameters }, this.#score.element, bar, vehicle, this.#list.element, this.#score.details, this.#doc);
+    const body = h('div.tab-body', { role: 'tabpanel', id: 'tune-body', 'aria-label': t.params.parameters }, this.#score.element, bar, filter, vehicle, this.#list.element, this.#score.details, this.#doc);
     this.element = h('div.tune', {}, this.#tabs, body);
     this.#vehicle.addEventListener('change', () => this.#put({ ...store.tuning.value, vehicle: this.#vehicle.value || null }));
     store.catalogue.on(() => this.#fill());
@@ -75,7 +81,7 @@ export class TunePanel {
   }
 
   #tab(estimator: EstimatorInfo): HTMLElement {
-    const tab = h('button', { type: 'button', role: 'tab', id: `tab-${estimator.name}`, 'aria-controls': 'tune-body', title: estimator.doc }, estimator.title);
+    const tab = h('button', { type: 'button', role: 'tab', id: `tab-${estimator.name}`, 'aria-controls': 'tune-body', title: `${estimator.title}. ${estimator.doc}` }, t.tabs[estimator.name] ?? estimator.title);
     tab.addEventListener('click', () => {
       this.#store.estimator.value = estimator.name;
     });
@@ -101,6 +107,8 @@ export class TunePanel {
       if (isChosen) tab.scrollIntoView({ block: 'nearest', inline: 'nearest' });
     }
     this.#list.setEstimator(info);
+    this.#filter.value = '';
+    this.#filter.hidden = (info?.params.length ?? 0) < MANY;
     this.#score.setEstimator(info);
     this.#doc.textContent = info?.doc ?? '';
     this.#update();

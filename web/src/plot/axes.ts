@@ -4,7 +4,7 @@ import { formatTime } from '../units';
 import type { Points } from './gaps';
 
 /** Width of the column of numbers left of every plot, CSS px. */
-export const LEFT = 50;
+export const LEFT = 54;
 /** Room right of every plot, CSS px. */
 export const RIGHT = 20;
 
@@ -29,7 +29,7 @@ export function rangeOf(curves: Points[], least: number, isLog: boolean): [numbe
 export function withBand(range: [number, number], low: Points, high: Points): [number, number] {
   const height = range[1] - range[0];
   const [bandLow, bandHigh] = rangeOf([low, high], 0, false);
-  return [Math.max(Math.min(range[0], bandLow), range[0] - 0.6 * height), Math.min(Math.max(range[1], bandHigh), range[1] + 0.6 * height)];
+  return [Math.max(Math.min(range[0], bandLow), range[0] - 0.3 * height), Math.min(Math.max(range[1], bandHigh), range[1] + 0.3 * height)];
 }
 
 /** Labels of instants, as fine as their spacing. */

@@ -12,14 +12,19 @@ export function withGaps(values: ArrayLike<number>, shown: (value: number) => nu
   return out;
 }
 
-/** Break an angle's curve where it goes round, so that no line crosses the plot: `half` is half a turn. */
+/**
+ * Break an angle's curve where it goes round, so that no line crosses the plot: `half` is half a turn.
+ *
+ * A point on either side of the jump goes too: two points share a pixel, and a plot joins what shares one.
+ */
 export function breakTurns(points: Points, half: number): Points {
-  let last: number | null = null;
-  return points.map((value) => {
-    const isJump = value !== null && last !== null && Math.abs(value - last) > half;
-    last = value;
-    return isJump ? null : value;
-  });
+  const out = [...points];
+  for (let i = 1; i < points.length; i++) {
+    const [before, after] = [points[i - 1], points[i]];
+    if (before === null || after === null || Math.abs((after as number) - (before as number)) <= half) continue;
+    for (let k = Math.max(0, i - 2); k <= Math.min(points.length - 1, i + 1); k++) out[k] = null;
+  }
+  return out;
 }
 
 /** The edges of a band about `values`, three sigmas wide on either side; gaps where there is no sigma. */

@@ -148,8 +148,8 @@ export class MapPlot extends Canvas {
     if (layers.isShown.fixes) this.#drawFixes(context, layers);
     this.#drawOutages(context, layers);
     if (layers.isShown.truth) this.#line(context, layers.truth, palette.value.truth, 1);
-    if (layers.isShown.previous) this.#line(context, layers.previous, palette.value.ghost, 1.3, [6, 4]);
     if (layers.isShown.estimate) this.#drawEstimate(context, layers);
+    if (layers.isShown.previous) this.#line(context, layers.previous, palette.value.ghost, 1.2, [4, 5]);
     if (this.#car) this.#drawCar(context, this.#car);
     this.#drawScale(context);
     this.#drawNorth(context);

@@ -99,10 +99,10 @@ export class TimePlot {
           size: LEFT,
           gap: 5,
           space: isLog ? 16 : 15,
-          ...(isLog ? {} : { incrs: this.#options.steps ?? VALUE_STEPS }),
+          ...(isLog ? { grid: { ...axis.grid, filter: (_u: uPlot, splits: number[]) => splits.map((v) => (isPower(v) ? v : null)) } } : { incrs: this.#options.steps ?? VALUE_STEPS }),
           ticks: { show: false },
           values: isLog
-            ? (_u, values) => values.map((v) => (v !== null && Number.isInteger(Math.log10(v) + 0) ? powerLabel(v) : ''))
+            ? (_u, values) => values.map((v) => (v !== null && isPower(v) ? powerLabel(v) : ''))
             : (_u, values, _axis, _space, spacing) => valueLabels(values, spacing),
         },
       ],
@@ -133,6 +133,7 @@ export class TimePlot {
     });
   }
 
+  /** Show a stretch of time, in the same seconds as the data's. */
   setWindow(t0: number, t1: number): void {
     this.#window = [t0, t1];
     this.#plot.setScale('x', { min: t0, max: t1 });
@@ -146,6 +147,11 @@ export class TimePlot {
   get canvas(): HTMLCanvasElement {
     return this.#plot.ctx.canvas;
   }
+}
+
+function isPower(value: number): boolean {
+  const power = Math.log10(value);
+  return Math.abs(power - Math.round(power)) < 1e-9;
 }
 
 function powerLabel(value: number): string {

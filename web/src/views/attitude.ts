@@ -13,10 +13,10 @@ function lane(key: 'roll' | 'pitch' | 'yaw'): LaneSpec {
   const of = (estimator: string, which: 'current' | 'previous'): CurveSpec['source'] => ({ estimator, which });
   const curves: CurveSpec[] = [
     { id: 'truth', label: t.curves.truth, source: 'truth', column: key, style: STYLES.truth, isOn: true },
-    { id: 'ghost', label: t.curves.ghost, source: of('orientation', 'previous'), column: key, style: STYLES.ghost, isOn: true },
-    { id: 'ghost2', label: t.curves.ghost, source: of('gnss_ins', 'previous'), column: key, style: STYLES.ghost, isOn: true },
     { id: 'gnss_ins', label: t.attitudeSource.gnss_ins, source: of('gnss_ins', 'current'), column: key, sigma: `${key}_sigma`, style: STYLES.second, isOn: true },
     { id: 'orientation', label: t.curves.estimate, source: of('orientation', 'current'), column: key, sigma: `${key}_sigma`, style: STYLES.estimate, isOn: true },
+    { id: 'ghost', label: t.curves.ghost, source: of('orientation', 'previous'), column: key, style: STYLES.ghost, isOn: true },
+    { id: 'ghost2', label: t.curves.ghost, source: of('gnss_ins', 'previous'), column: key, style: STYLES.ghost, isOn: true },
   ];
   if (key === 'yaw') {
     curves.unshift({ id: 'course', label: t.curves.course, source: 'drive', column: 'course', style: STYLES.raw, isOn: false });
@@ -36,11 +36,16 @@ function lane(key: 'roll' | 'pitch' | 'yaw'): LaneSpec {
 /** The view with the choice between the two estimators that know the attitude. */
 export function attitudeView(store: Store, session: Session): TimeView {
   const choose = h('div.segmented', { role: 'radiogroup', 'aria-label': t.views.source });
+  const axes = h('span.axes-note');
   const view = new TimeView(store, session, {
     title: t.views.attitude,
     key: '1',
     lanes: [lane('roll'), lane('pitch'), lane('yaw')],
-    controls: [choose],
+    controls: [choose, axes],
+  });
+  store.display.watch((display) => {
+    axes.textContent = display.axes === 'sae' ? t.display.sae : t.display.iso;
+    axes.title = display.axes === 'sae' ? t.display.saeNote : t.display.isoNote;
   });
   const apply = (choice: Choice): void => {
     for (const l of view.lanes) {

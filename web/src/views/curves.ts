@@ -40,6 +40,8 @@ export function sourceOf(store: Store, curve: CurveSpec): string | null {
   if (!report) return null;
   if (source === 'truth') return report.truth.includes(column) ? 'truth' : null;
   if (source === 'drive') return report.channels.some((c) => c.columns.includes(column)) ? 'drive' : null;
+  const info = store.catalogue.value?.estimators.find((e) => e.name === source.estimator);
+  if (!info?.columns.some((c) => c.name === column)) return null;
   const { reply, running } = store.run(source.estimator).value;
   if (source.which === 'previous') return reply?.previous ? `${source.estimator}:previous` : null;
   if (reply) return `${source.estimator}:current`;
@@ -57,7 +59,7 @@ export const STYLES: Record<'estimate' | 'second' | 'truth' | 'ghost' | 'raw' | 
   estimate: { colour: 'estimate', width: 1.5, band: 'estimate-band' },
   second: { colour: 'second', width: 1.5, band: 'second-band' },
   truth: { colour: 'truth', width: 1 },
-  ghost: { colour: 'ghost', width: 1.3, dash: [6, 4] },
+  ghost: { colour: 'ghost', width: 1.2, dash: [4, 5] },
   raw: { colour: 'raw', width: 1 },
   threshold: { colour: 'threshold', width: 1.2, dash: [8, 3], isStep: true },
 };

@@ -2,6 +2,7 @@
 
 import { h, iconButton, save } from '../dom';
 import { t } from '../messages';
+import type { DriveReport } from '../door';
 import type { Session } from '../session';
 import type { Store } from '../state';
 import { toHash } from '../tuning';
@@ -70,7 +71,7 @@ function displayMenu(store: Store): HTMLElement {
 
 function exportMenu(store: Store, session: Session, actions: HeaderActions): HTMLElement {
   const list = h('div.export-menu', { role: 'group', 'aria-label': t.header.export });
-  const name = (): string => (store.report.value?.name ?? 'drive').replace(/\.[^.]*$/, '').replace(/[^\w.-]+/g, '_');
+  const name = (): string => fileName(store.report.value);
   const item = (label: string, action: () => void | Promise<void>): HTMLButtonElement =>
     h('button', { type: 'button', onclick: () => {
       list.hidePopover();
@@ -83,12 +84,13 @@ function exportMenu(store: Store, session: Session, actions: HeaderActions): HTM
     save(`${name()}${suffix}.csv`, bytes as Uint8Array<ArrayBuffer>, 'text/csv');
   };
   const fill = (): void => {
+    const report = store.report.value;
     const done = (store.catalogue.value?.estimators ?? []).filter((e) => store.run(e.name).value.reply);
     list.replaceChildren(
       ...done.map((e) => item(t.header.exportEstimates(e.title), () => csv(`${e.name}:current`, `_${e.name}`))),
       item(t.header.exportDrive, () => csv('drive', '')),
       item(t.header.exportTuning, () => save(`${name()}_params.json`, JSON.stringify(store.tuning.value.params, null, 2), 'application/json')),
-      ...(store.report.value?.kind === 'file' ? [item(t.header.exportMapping, () => saveMapping(session, name()))] : []),
+      ...(report?.import ? [item(t.header.exportMapping, () => saveMapping(report))] : []),
       item(t.header.exportPlots, actions.savePictures),
       item(t.header.copyLink, () => navigator.clipboard.writeText(location.href)),
     );
@@ -98,9 +100,13 @@ function exportMenu(store: Store, session: Session, actions: HeaderActions): HTM
 }
 
 /** Give the reader the mapping with which the open log was read. */
-export async function saveMapping(session: Session, name: string): Promise<void> {
-  const mapping = await session.rpc.call('mapping', {});
-  save(`${name}_mapping.json`, JSON.stringify(mapping, null, 2), 'application/json');
+export function saveMapping(report: DriveReport): void {
+  save(`${fileName(report)}_mapping.json`, JSON.stringify(report.import?.mapping, null, 2), 'application/json');
+}
+
+/** The name of a drive as the beginning of a file's name. */
+function fileName(report: DriveReport | null): string {
+  return (report?.name ?? 'drive').replace(/\.[^.]*$/, '').replace(/[^\w.-]+/g, '_');
 }
 
 export function header(store: Store, session: Session, actions: HeaderActions, status: HTMLElement): { element: HTMLElement; openDialog: () => void } {
@@ -113,6 +119,8 @@ export function header(store: Store, session: Session, actions: HeaderActions, s
   };
   store.catalogue.on(fillChooser);
   store.report.on(fillChooser);
+  // A drive that could not be opened is not the one that is shown.
+  store.work.on((work) => work === null && fillChooser());
   chooser.addEventListener('change', () => chooser.value && actions.openBuiltIn(chooser.value));
 
   const input = h('input', { type: 'file', multiple: true, hidden: true, accept: '.csv,.txt,.tsv,.json,text/csv,application/json', 'aria-label': t.header.openFile, tabindex: '-1' });
@@ -139,8 +147,8 @@ export function header(store: Store, session: Session, actions: HeaderActions, s
   return { element, openDialog: () => input.click() };
 }
 
-/** Keep the address in step with what is tuned, so that it can be shared. */
-export function followAddress(store: Store): void {
+/** Keep the address in step with what is tuned, so that it can be shared; `changed` hears of one typed in by hand. */
+export function followAddress(store: Store, changed: (hash: string) => void): void {
   const write = (): void => {
     const builtIn = store.builtIn.value;
     const hash = toHash({ drive: builtIn?.name ?? null, seed: builtIn?.seed ?? null, tuning: store.tuning.value });
@@ -148,6 +156,7 @@ export function followAddress(store: Store): void {
   };
   store.tuning.on(write);
   store.builtIn.on(write);
+  addEventListener('hashchange', () => changed(location.hash));
 }
 
 /** The keyboard page. */

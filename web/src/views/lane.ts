@@ -61,7 +61,10 @@ export class Lane {
       this.onSize();
     });
     store.display.watch(() => this.#relabel());
-    store.window.watch(({ t0, t1 }) => this.plot.setWindow(t0, t1));
+    store.window.watch(({ t0, t1 }) => {
+      const start = store.span.value.t0;
+      this.plot.setWindow(t0 - start, t1 - start);
+    });
   }
 
   /** What is drawn last comes first: the estimate, its band, then the rest. */
@@ -149,7 +152,9 @@ export class Lane {
       if (curve) curves.push({ curve, values, sigmas });
       next += curve?.sigma ? 2 : 1;
     }
-    this.#fetched = { times: reply.times, curves };
+    // Labels count from the start of the drive, whatever its clock shows.
+    const start = this.#store.span.value.t0;
+    this.#fetched = { times: reply.times.map((time) => time - start), curves };
     this.#draw();
   }
 

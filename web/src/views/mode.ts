@@ -8,6 +8,7 @@ import type { Session } from '../session';
 import type { Store } from '../state';
 import { type GridItem, latest } from '../worker/rpc';
 import { type CurveSpec, type LaneSpec, sourceOf, STYLES } from './curves';
+import type { TableColumn } from './table';
 import { TimeView } from './time-view';
 
 type Statistic = 'jd' | 'td' | 'fd' | 'yd';
@@ -29,9 +30,9 @@ const ROWS = [DECIDED, BEFORE, TRUE];
 function statisticLane(): LaneSpec {
   const of = (which: 'current' | 'previous'): CurveSpec['source'] => ({ estimator: ESTIMATOR, which });
   const curves = STATISTICS.flatMap((name): CurveSpec[] => [
-    { id: `${name}-ghost`, label: t.curves.ghost, source: of('previous'), column: name, style: STYLES.ghost, isOn: true },
     { id: name, label: t.statistics[name], source: of('current'), column: name, style: { colour: 'estimate', width: 1.2 }, isOn: true },
     { id: `${name}-threshold`, label: t.curves.threshold, source: of('current'), column: `${name}_threshold`, style: STYLES.threshold, isOn: true },
+    { id: `${name}-ghost`, label: t.curves.ghost, source: of('previous'), column: name, style: STYLES.ghost, isOn: true },
   ]);
   return { key: 'statistic', title: t.lanes.statistic, quantity: 'plain', unit: '1', curves, isLog: true, least: 1, weight: 1 };
 }
@@ -80,6 +81,13 @@ class ModeView extends TimeView {
     this.#show();
   }
 
+  protected override extraColumns(): TableColumn[] {
+    return ROWS.flatMap((curve) => {
+      const source = sourceOf(this.store, curve);
+      return source === null ? [] : [{ source, column: 'mode', label: `${t.lanes.mode}, ${curve.label}`, quantity: 'plain' as const, unit: '1' }];
+    });
+  }
+
   #show(): void {
     const gaps: StripRow[] =
       this.#outages.length > 0
@@ -92,6 +100,7 @@ class ModeView extends TimeView {
   }
 
   async #loadMode(): Promise<void> {
+    if (!this.store.report.value) return;
     const present = ROWS.flatMap((curve) => {
       const source = sourceOf(this.store, curve);
       return source === null ? [] : [{ source, column: curve.column, label: curve.label }];

@@ -17,9 +17,9 @@ export function slopeView(store: Store, session: Session): TimeView {
     weight: 1.3,
     curves: [
       { id: 'truth', label: t.curves.truth, source: 'truth', column: 'grade', style: STYLES.truth, isOn: true },
-      { id: 'ghost', label: t.curves.ghost, source: of('previous'), column: 'grade', style: STYLES.ghost, isOn: true },
       { id: 'slope', label: t.curves.slope, source: of('current'), column: 'slope', sigma: 'slope_sigma', style: STYLES.second, isOn: false },
       { id: 'estimate', label: t.curves.estimate, source: of('current'), column: 'grade', sigma: 'grade_sigma', style: STYLES.estimate, isOn: true },
+      { id: 'ghost', label: t.curves.ghost, source: of('previous'), column: 'grade', style: STYLES.ghost, isOn: true },
     ],
   };
   const speed: LaneSpec = {
@@ -32,8 +32,8 @@ export function slopeView(store: Store, session: Session): TimeView {
     curves: [
       { id: 'truth', label: t.curves.truth, source: 'truth', column: 'vx', style: STYLES.truth, isOn: true },
       { id: 'measured', label: t.curves.measured, source: 'drive', column: 'speed', style: STYLES.raw, isOn: true },
-      { id: 'ghost', label: t.curves.ghost, source: of('previous'), column: 'speed', style: STYLES.ghost, isOn: true },
       { id: 'estimate', label: t.curves.estimate, source: of('current'), column: 'speed', sigma: 'speed_sigma', style: STYLES.estimate, isOn: true },
+      { id: 'ghost', label: t.curves.ghost, source: of('previous'), column: 'speed', style: STYLES.ghost, isOn: true },
     ],
   };
   return new TimeView(store, session, { title: t.views.slope, key: '2', lanes: [grade, speed] });

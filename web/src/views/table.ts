@@ -82,12 +82,12 @@ export class TablePanel {
     };
     const digits = t1 - t0 > 100 ? 1 : 3;
     const body = rows.map((row, i) =>
-      h('tr', {}, h('th', { scope: 'row' }, formatTime(times[i] ?? 0, digits)), ...columns.map((c, k) => h('td', {}, cell(c, row[k] ?? Number.NaN)))),
+      h('tr', {}, h('th', { scope: 'row' }, formatTime(this.#store.sinceStart(times[i] ?? 0), digits)), ...columns.map((c, k) => h('td', {}, cell(c, row[k] ?? Number.NaN)))),
     );
     return h(
       'table',
       {},
-      h('caption', {}, t.views.tableCaption(this.#title, formatTime(t0), formatTime(t1), rows.length)),
+      h('caption', {}, t.views.tableCaption(this.#title, formatTime(this.#store.sinceStart(t0)), formatTime(this.#store.sinceStart(t1)), rows.length)),
       h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, t.units.time), ...head)),
       h('tbody', {}, ...body),
     );

@@ -1,6 +1,6 @@
 /** A view over time: lanes that share the window and the cursor, a table behind them, and what there is to say. */
 
-import { h, iconButton } from '../dom';
+import { h } from '../dom';
 import { t } from '../messages';
 import type { Session } from '../session';
 import { isRunnable, type Store } from '../state';
@@ -125,6 +125,7 @@ export class TimeView {
   }
 
   async #loadCursor(): Promise<void> {
+    if (!this.store.report.value) return;
     const shown = this.lanes.map((lane) => lane.shown());
     const items = shown.flat().flatMap(({ curve, source }) => [
       { source, column: curve.column },
@@ -142,8 +143,13 @@ export class TimeView {
     });
   }
 
+  /** Further columns of the table. */
+  protected extraColumns(): TableColumn[] {
+    return [];
+  }
+
   #tableColumns(): TableColumn[] {
-    return this.lanes.flatMap((lane) =>
+    const lanes = this.lanes.flatMap((lane) =>
       lane.shown().map(({ curve, source }) => ({
         source,
         column: curve.column,
@@ -152,6 +158,7 @@ export class TimeView {
         unit: lane.spec.unit,
       })),
     );
+    return [...this.extraColumns(), ...lanes];
   }
 
   /** The canvases from top to bottom, for a picture. */
@@ -162,9 +169,4 @@ export class TimeView {
 
 function columnLabel(lane: Lane, curve: CurveSpec): string {
   return `${lane.spec.title}, ${curve.label}`;
-}
-
-/** The button of a view's header that shows the whole drive. */
-export function resetButton(store: Store): HTMLButtonElement {
-  return iconButton('fit', t.views.resetZoom, () => store.show(store.span.value.t0, store.span.value.t1));
 }

@@ -1,6 +1,6 @@
 /** Playback: play, pause, speed, and the whole drive at a glance to scrub through. */
 
-import { h, icon } from '../dom';
+import { h, icon, iconButton } from '../dom';
 import { t } from '../messages';
 import { LEFT, RIGHT } from '../plot/axes';
 import { Canvas, stretches, type Stretch } from '../plot/mode-strip';
@@ -88,11 +88,20 @@ export class Transport {
     rate.addEventListener('change', () => {
       store.rate.value = Number(rate.value);
     });
-    const controls = h('div.transport-controls', {}, this.#play, this.#time, rate);
+    const controls = h('div.transport-controls', {}, this.#play, this.#time, rate, h('span.spacer'), this.#wholeButton());
     this.element = h('section.transport', { 'aria-label': t.transport.label }, this.#host, controls);
     this.#overview = new Overview(this.#host, store);
     this.#listen();
     this.#follow();
+  }
+
+  #wholeButton(): HTMLButtonElement {
+    const store = this.#store;
+    const button = iconButton('fit', t.views.resetZoom, () => store.show(store.span.value.t0, store.span.value.t1));
+    store.window.watch(({ t0, t1 }) => {
+      button.disabled = t0 <= store.span.value.t0 && t1 >= store.span.value.t1;
+    });
+    return button;
   }
 
   toggle(): void {
@@ -127,11 +136,11 @@ export class Transport {
     const say = (): void => {
       const { t0, t1 } = store.span.value;
       const time = store.cursor.value;
-      this.#time.textContent = formatTime(time);
-      this.#host.setAttribute('aria-valuemin', t0.toFixed(1));
-      this.#host.setAttribute('aria-valuemax', t1.toFixed(1));
-      this.#host.setAttribute('aria-valuenow', time.toFixed(1));
-      this.#host.setAttribute('aria-valuetext', t.transport.position(formatTime(time), formatTime(t1)));
+      this.#time.textContent = formatTime(store.sinceStart(time));
+      this.#host.setAttribute('aria-valuemin', '0');
+      this.#host.setAttribute('aria-valuemax', (t1 - t0).toFixed(1));
+      this.#host.setAttribute('aria-valuenow', store.sinceStart(time).toFixed(1));
+      this.#host.setAttribute('aria-valuetext', t.transport.position(formatTime(store.sinceStart(time)), formatTime(t1 - t0)));
     };
     store.cursor.watch(say);
     store.span.on(say);

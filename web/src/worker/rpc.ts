@@ -4,7 +4,7 @@ import type { Catalogue, Comparison, DriveReport, ParamValue, Progress, RunRepor
 
 export type OpenRequest =
   | { kind: 'simulation'; name: string; seed: number | null }
-  | { kind: 'files'; files: File[]; mapping: unknown };
+  | { kind: 'files'; files: File[]; mapping: string | null };
 
 /** One column on the grid of a window. */
 export interface GridItem {
@@ -28,7 +28,6 @@ export interface RunReply {
 export interface Operations {
   catalogue: { takes: Record<string, never>; gives: Catalogue };
   open: { takes: OpenRequest; gives: DriveReport };
-  mapping: { takes: Record<string, never>; gives: unknown };
   run: { takes: { estimator: string; params: Record<string, ParamValue>; vehicle: string | null }; gives: RunReply };
   keep_previous: { takes: { estimator: string; keep: boolean }; gives: null };
   drop_previous: { takes: { estimator: string }; gives: null };

@@ -60,7 +60,7 @@ function openJob(door: Door, { id, args }: Request<'open'>): Job {
     begun: false,
     begin: () => {
       if (args.kind === 'simulation') door.begin_simulation(args.name, args.seed ?? undefined);
-      else door.begin_files(args.files, args.mapping ?? null);
+      else door.begin_files(args.files, args.mapping ?? undefined);
     },
     some: () => door.open_some(BUDGET),
     cancel: () => door.cancel_open(),
@@ -131,7 +131,6 @@ const answers: {
   ) => [Operations[O]['gives'], Transferable[]];
 } = {
   catalogue: (door) => [door.catalogue(), []],
-  mapping: (door) => [door.mapping(), []],
   keep_previous: (door, { estimator, keep }) => [(door.keep_previous(estimator, keep), null), []],
   drop_previous: (door, { estimator }) => [(door.drop_previous(estimator), null), []],
   grid: (door, { items, t0, t1, buckets }) => {

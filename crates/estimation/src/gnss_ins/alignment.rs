@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use super::filter::Filter;
 use super::fix::Fix;
 use super::tuning::Tuning;
-use crate::ins::{ATTITUDE, Earth, GravityModel, Navigation};
+use crate::ins::{Earth, GravityModel, Navigation, VELOCITY};
 
 /// Shortest window at rest, in samples, that is worth levelling on.
 const FEWEST_SAMPLES: usize = 20;
@@ -21,7 +21,7 @@ const LARGEST_GYRO_BIAS: f64 = 0.02;
 /// Slowest satellite speed at which a moving start takes its course, m/s.
 const MOVING_START_SPEED: f64 = 1.0;
 /// Sigma of a yaw of which nothing is known: uniform over the circle, rad.
-const UNKNOWN_YAW_SIGMA: f64 = std::f64::consts::PI / 1.732_050_807_568_877_2;
+pub const UNKNOWN_YAW_SIGMA: f64 = std::f64::consts::PI / 1.732_050_807_568_877_2;
 
 /// A filter ready to run, and whether its yaw means anything.
 #[derive(Clone, Debug)]
@@ -132,9 +132,8 @@ pub fn moving_start(fix: &Fix, is_reversing: bool, tuning: &Tuning, gravity: Gra
     let mut covariance = tuning.initial_covariance(tuning.params.moving_tilt_sigma, yaw_sigma);
     if !fix.has_vertical_velocity {
         // A road of 10 % at this speed.
-        covariance[(5, 5)] += (0.1 * fix.ground_speed).powi(2);
+        covariance[(VELOCITY + 2, VELOCITY + 2)] += (0.1 * fix.ground_speed).powi(2);
     }
-    debug_assert!(covariance[(ATTITUDE, ATTITUDE)] > 0.0);
     let filter = Filter::new(navigation, Vector3::zeros(), covariance, gravity);
     Some(Start { filter, is_yaw_known: true })
 }
@@ -145,7 +144,7 @@ mod tests {
     use super::*;
 
     fn tuning(yaw: f64) -> Tuning {
-        Tuning::new(&GnssInsParams { initial_yaw: yaw, ..GnssInsParams::default() })
+        Tuning::new(&GnssInsParams { initial_yaw: yaw, ..GnssInsParams::default() }, None)
     }
 
     /// A car parked nose up and left side high, with a gyro bias.

@@ -15,7 +15,7 @@ use crate::chi_square;
 use crate::ins::tests::{Truth, inertial_sample, winding_drive};
 use crate::ins::{ACCEL_BIAS, Earth, GYRO_BIAS, Navigation, STATES};
 
-/// Normal deviates from a splitmix generator by the sum of twelve uniforms less six would lack tails; so Box and Muller.
+/// Normal deviates by Box and Muller from a splitmix generator.
 struct Noise(u64);
 
 impl Noise {
@@ -36,7 +36,7 @@ impl Noise {
 }
 
 const ORIGIN: Geodetic = Geodetic { lat: 0.63, lon: 2.2, alt: 50.0 };
-const START: LogStart = LogStart { imu_step: 0.01, speed: f64::NAN, origin: Some(ORIGIN) };
+const START: LogStart = LogStart { imu_step: 0.01, speed: f64::NAN, origin: Some(ORIGIN), rear_axle: None };
 const DT: f64 = 0.01;
 
 fn params() -> GnssInsParams {
@@ -74,12 +74,19 @@ fn fix(truth: &Truth, noise: &mut Noise, scale: f64) -> Gnss {
     }
 }
 
-/// One run: normalized errors squared of all fifteen states and of position NIS, once a second.
-fn monte_carlo(truth: &[Truth], seed: u64) -> (Vec<f64>, Vec<f64>) {
+/// Once a second of a run: normalized error squared of all fifteen states, normalized innovation squared of the position.
+#[derive(Default)]
+struct Statistics {
+    nees: Vec<f64>,
+    nis: Vec<f64>,
+}
+
+/// One run from a start drawn from P0.
+fn monte_carlo(truth: &[Truth], seed: u64, p: &GnssInsParams) -> Statistics {
     let mut noise = Noise(seed);
-    let p = params();
-    let mut estimator = GnssIns::new(&p, &VehicleParams::default(), &START);
-    let sigma = Tuning::new(&p).initial_covariance(p.initial_tilt_sigma, p.initial_yaw_sigma).map_diagonal(f64::sqrt);
+    let mut estimator = GnssIns::new(p, &VehicleParams::default(), &START);
+    let sigma =
+        Tuning::new(p, None).initial_covariance(p.initial_tilt_sigma, p.initial_yaw_sigma).map_diagonal(f64::sqrt);
     let errors: Errors = SVector::from_fn(|k, _| sigma[k] * noise.normal());
     let mut navigation = truth[0].navigation();
     let earth = Earth::at(&truth[0].place, GravityModel::Wgs84);
@@ -87,7 +94,7 @@ fn monte_carlo(truth: &[Truth], seed: u64) -> (Vec<f64>, Vec<f64>) {
     estimator.begin_at(0.0, navigation);
     let (mut accel_bias, mut gyro_bias) =
         (errors.fixed_rows::<3>(ACCEL_BIAS).into_owned(), errors.fixed_rows::<3>(GYRO_BIAS).into_owned());
-    let (mut nees, mut nis) = (Vec::new(), Vec::new());
+    let mut statistics = Statistics::default();
     for (k, pair) in truth.windows(2).enumerate() {
         let (force, rate) = inertial_sample(&pair[0], &pair[1], DT);
         accel_bias += noise.vector(p.accel_bias_walk * DT.sqrt());
@@ -107,34 +114,68 @@ fn monte_carlo(truth: &[Truth], seed: u64) -> (Vec<f64>, Vec<f64>) {
             e.fixed_rows_mut::<9>(0).copy_from(&filter.navigation.errors_against(&pair[1].navigation(), &earth));
             e.fixed_rows_mut::<3>(ACCEL_BIAS).copy_from(&(accel_bias - filter.accel_bias));
             e.fixed_rows_mut::<3>(GYRO_BIAS).copy_from(&(gyro_bias - filter.gyro_bias));
-            nees.push(e.dot(&filter.covariance.cholesky().unwrap().solve(&e)));
-            nis.push(estimate.position_nis);
+            statistics.nees.push(e.dot(&filter.covariance.cholesky().unwrap().solve(&e)));
+            statistics.nis.push(estimate.position_nis);
         }
     }
-    (nees, nis)
+    statistics
 }
 
-/// 10 seeds: the mean NEES of an epoch lies in its 95 % interval in at least 95 % of the epochs (issue 7), the mean over all
-/// epochs near 15, the mean NIS of the position near 3. The epochs' means scatter together, so the mean over all is wide: the
-/// interval of a tenth of them.
+/// Mean NEES and NIS over 40 seeds, and the share of epochs in which the mean NEES of a group of 8 lies in its 95 % interval.
+fn consistency(p: &GnssInsParams) -> (f64, f64, f64) {
+    const GROUP: usize = 8;
+    let truth = winding_drive(120.0, DT);
+    let runs: Vec<_> = (1..=40).map(|seed| monte_carlo(&truth, seed, p)).collect();
+    let epochs = runs[0].nees.len();
+    let band = [0.025, 0.975].map(|p| chi_square::quantile(p, (STATES * GROUP) as f64) / GROUP as f64);
+    let (mut inside, mut nees, mut nis) = (0, 0.0, 0.0);
+    for group in runs.chunks(GROUP) {
+        for i in 0..epochs {
+            let mean = group.iter().map(|run| run.nees[i]).sum::<f64>() / GROUP as f64;
+            inside += u32::from(mean > band[0] && mean < band[1]);
+            nees += mean;
+            nis += group.iter().map(|run| run.nis[i]).sum::<f64>() / GROUP as f64;
+        }
+    }
+    let count = (epochs * runs.len() / GROUP) as f64;
+    let (nees, nis, inside) = (nees / count, nis / count, f64::from(inside) / count);
+    println!("NEES15 {nees:.2}, {:.1} % of epochs in {band:.2?}; position NIS {nis:.3}", 100.0 * inside);
+    (nees, nis, inside)
+}
+
+/// Issue 7: the NEES of 8 runs lies in its 95 % interval in at least 95 % of the epochs. The start is drawn from a fifth of the
+/// default sigmas, where the second order of the errors is below the scatter: a run's mean NEES scatters by 2.4, that of
+/// 40 by 0.4; 4,800 NIS of 3 degrees by 0.035.
 #[test]
 fn errors_are_as_large_as_the_filter_says() {
-    const SEEDS: u64 = 300;
-    let truth = winding_drive(120.0, DT);
-    let runs: Vec<_> = (1..=SEEDS).map(|seed| monte_carlo(&truth, seed * 1000)).collect();
-    let epochs = runs[0].0.len();
-    let mean = |pick: &dyn Fn(&(Vec<f64>, Vec<f64>)) -> f64| runs.iter().map(pick).sum::<f64>() / SEEDS as f64;
-    let dof = (STATES as u64 * SEEDS) as f64;
-    let band = [0.025, 0.975].map(|p| chi_square::quantile(p, dof) / SEEDS as f64);
-    let nees: Vec<f64> = (0..epochs).map(|i| mean(&|run| run.0[i])).collect();
-    let inside = nees.iter().filter(|v| **v > band[0] && **v < band[1]).count() as f64 / epochs as f64;
-    let overall = nees.iter().sum::<f64>() / epochs as f64;
-    let nis = (0..epochs).map(|i| mean(&|run| run.1[i])).sum::<f64>() / epochs as f64;
-    println!("NEES15 {overall:.2}, {:.1} % of epochs in {band:.2?}; position NIS {nis:.3}", 100.0 * inside);
-    assert!(inside >= 0.95, "{inside}: {nees:.1?}");
-    assert!((overall - 15.0).abs() < 1.5, "{overall}");
-    // 1,200 values of 3 degrees: sigma sqrt(6 / 1200) = 0.07.
-    assert!((nis - 3.0).abs() < 0.25, "{nis}");
+    let p = params();
+    let p = GnssInsParams {
+        initial_yaw_sigma: 0.2 * p.initial_yaw_sigma,
+        initial_tilt_sigma: 0.2 * p.initial_tilt_sigma,
+        initial_accel_bias_sigma: 0.2 * p.initial_accel_bias_sigma,
+        initial_gyro_bias_sigma: 0.2 * p.initial_gyro_bias_sigma,
+        ..p
+    };
+    let (nees, nis, inside) = consistency(&p);
+    assert!(inside >= 0.95, "{inside}");
+    assert!((nees - 15.0).abs() < 1.2 && (nis - 3.0).abs() < 0.12, "{nees} {nis}");
+}
+
+/// From the default start (yaw 5 deg) the second order adds 0.5 to the NEES over 300 seeds; no more than that.
+#[test]
+fn a_start_yaw_of_five_degrees_costs_little_honesty() {
+    let (nees, nis, inside) = consistency(&params());
+    assert!(inside >= 0.9 && nees < 16.7 && (nis - 3.0).abs() < 0.12, "{nees} {nis} {inside}");
+}
+
+/// The test above must be able to fail: a filter that believes the satellites three times better than they are is outside.
+#[test]
+fn an_optimistic_filter_is_found_out() {
+    let truth = winding_drive(60.0, DT);
+    let optimistic = GnssInsParams { gnss_position_sigma: 0.5, gnss_height_sigma: 1.0, ..params() };
+    let runs: Vec<_> = (1..=8).map(|seed| monte_carlo(&truth, seed, &optimistic)).collect();
+    let nis = runs.iter().flat_map(|run| &run.nis).sum::<f64>() / (8.0 * runs[0].nis.len() as f64);
+    assert!(nis > 6.0, "{nis}");
 }
 
 /// Feed a drive without noise; `lag` is how long before an inertial sample the fixes are, s.
@@ -194,11 +235,8 @@ fn lever_arms_are_taken_into_account() {
             let last = &truth[k.saturating_sub(1)];
             let rate = drivescope_drive::frames::log_rotation(&(last.rotation.transpose() * t.rotation)) / DT;
             let step = Earth::at(&t.place, GravityModel::Wgs84).to_geodetic_step(&(t.rotation * arm));
-            let place = Geodetic {
-                lat: t.place.lat + step.lat,
-                lon: t.place.lon + step.lon,
-                alt: t.place.alt + step.alt,
-            };
+            let place =
+                Geodetic { lat: t.place.lat + step.lat, lon: t.place.lon + step.lon, alt: t.place.alt + step.alt };
             Truth { place, velocity: t.velocity + t.rotation * rate.cross(&arm), rotation: t.rotation }
         })
         .collect();
@@ -229,12 +267,15 @@ fn hostile_input_never_panics_and_never_enters_the_state() {
     let mut estimator = GnssIns::new(&GnssInsParams::default(), &VehicleParams::default(), &START);
     let mut time = 0.0;
     for k in 0..20_000 {
-        time += if k % 3001 == 3000 { 7.0 } else if k % 997 == 996 { 1.5 } else { DT };
+        time += if k % 3001 == 3000 {
+            7.0
+        } else if k % 997 == 996 {
+            1.5
+        } else {
+            DT
+        };
         let speed = if k < 300 { 0.0 } else { 10.0 };
-        let sample = imu(
-            Vector3::new(pick(0.0), pick(0.0), pick(-9.8)),
-            Vector3::new(pick(0.0), pick(0.0), pick(0.0)),
-        );
+        let sample = imu(Vector3::new(pick(0.0), pick(0.0), pick(-9.8)), Vector3::new(pick(0.0), pick(0.0), pick(0.0)));
         let gnss = (k % 100 == 0).then(|| Gnss {
             lat: pick(0.6 + if k < 300 { 0.0 } else { 10.0 * (time - 3.0) / 6.36e6 }),
             lon: pick(2.0),
@@ -249,11 +290,34 @@ fn hostile_input_never_panics_and_never_enters_the_state() {
         let epoch = Epoch { time, imu: Some(sample), gnss, wheels, ..Epoch::default() };
         let Ok(row) = estimator.step(&epoch) else { return };
         let Some(row) = row else { continue };
-        for value in [row.lat, row.alt, row.v_north, row.roll, row.accel_bias_x, row.north_sigma, row.gyro_bias_z_sigma] {
+        for value in [row.lat, row.alt, row.v_north, row.roll, row.accel_bias_x, row.north_sigma, row.gyro_bias_z_sigma]
+        {
             assert!(value.is_finite(), "{row:?}");
         }
     }
     assert!(estimator.notices().list().len() >= 3, "holes and bad values are counted: {:?}", estimator.notices());
+}
+
+/// A hole of 8 s in every sensor: velocity, attitude and position are admitted to be unknown, and found again by the satellites.
+#[test]
+fn after_a_long_hole_the_filter_finds_itself_again() {
+    let truth = winding_drive(60.0, DT);
+    let mut estimator = GnssIns::new(&GnssInsParams { gate: true, ..params() }, &VehicleParams::default(), &START);
+    estimator.begin_at(0.0, truth[0].navigation());
+    let mut refused = 0;
+    for (k, pair) in truth.windows(2).enumerate().filter(|(k, _)| !(2000..2800).contains(k)) {
+        let (force, rate) = inertial_sample(&pair[0], &pair[1], DT);
+        let gnss = ((k + 1) % 100 == 0).then(|| fix(&pair[1], &mut Noise(1), 0.0));
+        let epoch = Epoch { time: (k + 1) as f64 * DT, imu: Some(imu(force, rate)), gnss, ..Epoch::default() };
+        let row = estimator.step(&epoch).unwrap().unwrap();
+        assert!(k != 2805 || row.yaw.is_nan() && row.north_sigma > 30.0, "{row:?}");
+        refused += u32::from(row.position_accepted == 0.0);
+    }
+    let end = truth[truth.len() - 1].navigation();
+    let earth = Earth::at(&end.place, GravityModel::Wgs84);
+    let errors = estimator.filter().unwrap().navigation.errors_against(&end, &earth);
+    assert!(refused == 0 && errors.fixed_rows::<3>(0).norm() < 0.5 && errors[8].abs() < 0.02, "{refused} {errors}");
+    assert_eq!(estimator.notices().list().len(), 2);
 }
 
 /// Nothing may happen, not even time, in an epoch of sensors that the filter does not use.

@@ -133,10 +133,10 @@ pub fn propagate(
             accumulate(&mut column, phi, *factor);
         }
         p.data.0[s][..NAVIGATION_STATES].copy_from_slice(&column);
-        for b in NAVIGATION_STATES..STATES {
-            let value = half[b] * phi.bias[b - NAVIGATION_STATES];
-            p.data.0[s][b] = value;
-            p.data.0[b][s] = value;
+        for (k, (value, left)) in half[NAVIGATION_STATES..].iter().zip(phi.bias.iter()).enumerate() {
+            let bias = NAVIGATION_STATES + k;
+            p.data.0[s][bias] = value * left;
+            p.data.0[bias][s] = value * left;
         }
     }
     for b in NAVIGATION_STATES..STATES {
@@ -198,7 +198,8 @@ pub fn update<const M: usize>(
         }
     }
     let nis = z.dot(&Cholesky::new(s).ok_or(NotPositiveDefinite)?.solve(z));
-    if !(nis <= gate.unwrap_or(f64::MAX)) {
+    // A statistic that is not a number is refused too.
+    if nis.is_nan() || nis > gate.unwrap_or(f64::MAX) {
         return Ok(Outcome::Rejected { nis });
     }
     let mut dx = Errors::zeros();

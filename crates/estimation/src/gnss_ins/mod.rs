@@ -86,7 +86,7 @@ impl Estimator for GnssIns {
         };
         let step = if start.imu_step.is_finite() { start.imu_step } else { 0.0 };
         Self {
-            tuning: Tuning::new(params),
+            tuning: Tuning::new(params, start.rear_axle),
             frame: start.origin.map(LocalFrame::new),
             gravity,
             phase: Phase::Aligning(Box::default()),
@@ -109,7 +109,7 @@ impl Estimator for GnssIns {
             self.notices.add(flaw, epoch.time);
         }
         let dt = epoch.time - self.last_time.unwrap_or(epoch.time);
-        if self.last_time.is_some() && !(dt > 0.0) {
+        if self.last_time.is_some() && dt <= 0.0 {
             self.notices.add("inertial sample that is not later than the one before skipped", epoch.time);
             return Ok(None);
         }
@@ -244,6 +244,7 @@ impl GnssIns {
 
     fn begin(&mut self, start: Start) {
         self.phase = Phase::Running(Box::new(Running::new(start)));
+        self.revision = None;
     }
 
     /// The row of this epoch; `None` before anything is known.

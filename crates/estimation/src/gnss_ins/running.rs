@@ -4,7 +4,7 @@
 
 use nalgebra::{Vector3, vector};
 
-use super::alignment::Start;
+use super::alignment::{Start, UNKNOWN_YAW_SIGMA};
 use super::covariance::Covariance;
 use super::estimate::Verdicts;
 use super::filter::{Filter, Verdict};
@@ -13,6 +13,7 @@ use super::inertial::Sample;
 use super::measurement;
 use super::tuning::Tuning;
 use crate::estimator::{EstimatorError, Notices};
+use crate::ins::ATTITUDE;
 
 /// Time between two updates by the car's own motion, s.
 const AIDING_STEP: f64 = 0.1;
@@ -45,6 +46,7 @@ pub struct Running {
     pub filter: Filter,
     /// Whether the yaw means anything.
     pub is_yaw_known: bool,
+    has_seen_course: bool,
     since_aid: f64,
     since_odometer: f64,
     gyro_sum: Vector3<f64>,
@@ -60,6 +62,7 @@ impl Running {
         Self {
             filter: start.filter,
             is_yaw_known: start.is_yaw_known,
+            has_seen_course: false,
             since_aid: 0.0,
             since_odometer: f64::INFINITY,
             gyro_sum: Vector3::zeros(),
@@ -120,9 +123,11 @@ impl Running {
             }
             if dt > LONGEST_BRIDGE {
                 notices.add("hole too long to bridge: velocity and attitude start afresh", time);
-                let distance = (dt - bridged) * self.filter.navigation.velocity.norm().max(10.0);
-                self.filter.reset_motion(&self.fresh_covariance(tuning), distance, tuning);
-                self.is_yaw_known = false;
+                self.filter.reset_motion(&self.fresh_covariance(tuning), dt, tuning);
+                if self.has_seen_course {
+                    self.is_yaw_known = false;
+                    self.filter.forget(ATTITUDE + 2, UNKNOWN_YAW_SIGMA.powi(2));
+                }
             }
         }
         self.acceleration = (self.filter.navigation.velocity - before) / dt;
@@ -199,6 +204,7 @@ impl Running {
             count_refusals(&mut self.filter, &mut self.position_refusals, verdicts.position, tuning);
         }
         if let Some(velocity) = fix.velocity {
+            self.has_seen_course = true;
             self.settle(tuning);
             let navigation = &self.filter.navigation;
             let mut prediction = measurement::velocity(navigation, &tuning.antenna, &self.filter.rate, &velocity);

@@ -101,8 +101,8 @@ params! {
         antenna_y ("l_y"): number = 0.0, "m", -5.0 ..= 5.0 Linear, from "SPEC navigation 4: none";
         /// Antenna below the inertial sensor.
         antenna_z ("l_z"): number = 0.0, "m", -5.0 ..= 5.0 Linear, from "SPEC navigation 4: none";
-        /// Odometer's axle ahead of the inertial sensor.
-        odometer_x ("l_o_x"): number = 0.0, "m", -10.0 ..= 10.0 Linear, from "SPEC navigation 4: none";
+        /// Odometer's axle ahead of the inertial sensor. None: where the drive says its rear axle is, else at the sensor.
+        odometer_x ("l_o_x"): optional, "m", -10.0 ..= 10.0, from "SPEC navigation 4: at the sensor";
         /// Odometer's axle to the right of the inertial sensor.
         odometer_y ("l_o_y"): number = 0.0, "m", -5.0 ..= 5.0 Linear, from "SPEC navigation 4: none";
         /// Odometer's axle below the inertial sensor.
@@ -143,8 +143,9 @@ pub struct Tuning {
 }
 
 impl Tuning {
-    /// Derive everything once.
-    pub fn new(params: &GnssInsParams) -> Self {
+    /// Derive everything once. `rear_axle` is where the drive says it is, seen from the inertial sensor, m ahead.
+    pub fn new(params: &GnssInsParams, rear_axle: Option<f64>) -> Self {
+        let odometer_x = if params.odometer_x.is_finite() { params.odometer_x } else { rear_axle.unwrap_or(0.0) };
         let decay = |time: f64| if time.is_finite() { 1.0 / time } else { 0.0 };
         let noise = ProcessNoise {
             accel: params.accel_noise.powi(2),
@@ -158,7 +159,7 @@ impl Tuning {
             noise,
             gates: Gates::new(params.gate_probability, params.gate),
             antenna: Vector3::new(params.antenna_x, params.antenna_y, params.antenna_z),
-            odometer: Vector3::new(params.odometer_x, params.odometer_y, params.odometer_z),
+            odometer: Vector3::new(odometer_x, params.odometer_y, params.odometer_z),
             node: params.node as usize,
             params: params.clone(),
         }

@@ -25,7 +25,8 @@ record! {
         field_norm_error: "uT";
         /// Angle of the measured field below the horizontal less that of the reference.
         dip_error: "rad";
-        /// Normalized innovation squared of the magnetic field; none where the filter did not use it.
+        /// Normalized innovation squared of the magnetic field; none where the filter did not use it. Mostly below 1 and at times
+        /// far above: the sigma is larger than the sensor's noise, but the model knows neither grade nor bank.
         field_nis: "1", nis 3;
     }
 }

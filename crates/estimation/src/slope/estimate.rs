@@ -62,20 +62,28 @@ record! {
         /// Sideslip at the centre of gravity above 1 m/s.
         sideslip: "rad", truth "sideslip";
         /// Normalized innovation squared of the wheel speed, first filter.
+        /// Below 1 where the sensor is better than its sigma, whose default fits the sensors of stability control.
         wheel_nis: "1", nis 1;
         /// Normalized innovation squared of the yaw gyro, after the wheel speed.
+        /// Below 1 where the sensor is better than its sigma, whose default fits the sensors of stability control.
         gyro_nis: "1", nis 1;
         /// Normalized innovation squared of the forward accelerometer, after wheel speed and gyro.
+        /// Below 1 where the sensor is better than its sigma, whose default fits the sensors of stability control.
         accel_x_nis: "1", nis 1;
         /// Normalized innovation squared of the lateral accelerometer, after wheel speed, gyro and forward accelerometer.
+        /// Below 1 where the sensor is better than its sigma, whose default fits the sensors of stability control.
         accel_y_nis: "1", nis 1;
         /// Normalized innovation squared of the wheel speed, second filter.
+        /// Below 1 where the sensor is better than its sigma, whose default fits the sensors of stability control.
         ekf2_wheel_nis: "1", nis 1;
         /// Normalized innovation squared of the wheel speed, grade filter.
+        /// Below 1 where the sensor is better than its sigma, whose default fits the sensors of stability control.
         grade_wheel_nis: "1", nis 1;
         /// Normalized innovation squared of the barometric altitude.
+        /// Below 1 where the sensor is better than its sigma, whose default fits the sensors of stability control.
         baro_nis: "1", nis 1;
         /// Normalized innovation squared of the GNSS vertical velocity.
+        /// Below 1 where the sensor is better than its sigma, whose default fits the sensors of stability control.
         gnss_nis: "1", nis 1;
     }
 }

@@ -1,0 +1,335 @@
+//! The rows of a CSV file below its header, parsed as they come.
+
+use crate::cell::{Cell, Content, RowScan, content};
+use crate::column::{ColumnBuilder, Kind};
+use crate::dialect::{Dialect, separator_name};
+use crate::error::{ImportError, MAX_ROW_BYTES, MAX_TABLE_COLUMNS};
+use crate::number::parse_prefix;
+use crate::table::{Layout, Table, Warnings};
+
+/// Where the parsing of one row ended.
+enum Row {
+    /// The next row begins there.
+    Next(usize),
+    /// The bytes end before the row does.
+    Unfinished,
+}
+
+/// The rows below the header.
+#[derive(Debug)]
+pub(crate) struct Body {
+    file: String,
+    dialect: Dialect,
+    columns: Vec<ColumnBuilder>,
+    row: Vec<f64>,
+    pub rows: usize,
+    capacity: usize,
+    line: usize,
+    next_line: usize,
+    line_marks: Vec<(usize, usize)>,
+    comments: usize,
+    carry: Vec<u8>,
+    scan: RowScan,
+    last_row: bool,
+    warnings: Warnings,
+}
+
+impl Body {
+    /// No rows yet, below the header that `dialect` found.
+    pub fn new(file: String, dialect: Dialect) -> Result<Self, ImportError> {
+        let row = dialect.header_line.unwrap_or(dialect.body.1);
+        if dialect.columns.len() > MAX_TABLE_COLUMNS {
+            return Err(ImportError::TooManyColumns { file, row, limit: MAX_TABLE_COLUMNS });
+        }
+        let columns: Vec<ColumnBuilder> =
+            dialect.columns.iter().map(|(name, unit)| ColumnBuilder::new(name.clone(), unit.clone())).collect();
+        Ok(Self {
+            file,
+            row: vec![f64::NAN; columns.len()],
+            columns,
+            rows: 0,
+            capacity: 0,
+            line: dialect.body.1,
+            next_line: 0,
+            line_marks: Vec::new(),
+            comments: 0,
+            carry: Vec::new(),
+            scan: RowScan::default(),
+            last_row: false,
+            warnings: Warnings::default(),
+            dialect,
+        })
+    }
+
+    /// Ask for memory for as many rows as a file of `bytes` holds, judged by the rows of the head.
+    pub fn reserve(&mut self, sample: &[u8], bytes: u64) -> Result<(), ImportError> {
+        let rows = sample.iter().filter(|b| **b == self.dialect.cut.eol).count();
+        if rows > 0 {
+            let expected = bytes as f64 * 1.05 * rows as f64 / sample.len() as f64;
+            self.grow(expected as usize + 16)?;
+        }
+        Ok(())
+    }
+
+    fn grow(&mut self, rows: usize) -> Result<(), ImportError> {
+        let wanted = self.capacity.max(rows);
+        for column in &mut self.columns {
+            if column.reserve(wanted).is_err() {
+                let (file, row) = (self.file.clone(), self.line);
+                return Err(ImportError::OutOfMemory { file, row, columns: self.columns.len() });
+            }
+        }
+        self.capacity = wanted;
+        Ok(())
+    }
+
+    /// Take the next bytes of the body.
+    pub fn feed(&mut self, mut slice: &[u8]) -> Result<(), ImportError> {
+        if !self.carry.is_empty() {
+            let end = self.scan.find_end(slice, self.dialect.cut);
+            let taken = end.map_or(slice.len(), |i| i + 1);
+            self.carry.extend_from_slice(&slice[..taken]);
+            if end.is_none() {
+                return self.check_length(self.carry.len());
+            }
+            let carry = std::mem::take(&mut self.carry);
+            self.rows_of(&carry)?;
+            slice = &slice[taken..];
+        }
+        let done = self.rows_of(slice)?;
+        self.carry = slice[done..].to_vec();
+        self.scan = RowScan::default();
+        let _ = self.scan.find_end(&self.carry, self.dialect.cut);
+        self.check_length(self.carry.len())
+    }
+
+    /// Parse the whole rows that `bytes` begin with; how many bytes they are.
+    fn rows_of(&mut self, bytes: &[u8]) -> Result<usize, ImportError> {
+        let eol = self.dialect.cut.eol;
+        let end = bytes.iter().rposition(|&b| b == eol).map_or(0, |i| i + 1);
+        let region = &bytes[..end];
+        let mut pos = 0;
+        while pos < region.len() {
+            match self.parse_row(region, pos)? {
+                Row::Next(next) => {
+                    self.check_length(next - pos)?;
+                    pos = next;
+                }
+                Row::Unfinished => break,
+            }
+        }
+        Ok(pos)
+    }
+
+    fn check_length(&self, length: usize) -> Result<(), ImportError> {
+        if length <= MAX_ROW_BYTES {
+            return Ok(());
+        }
+        Err(ImportError::RowTooLong { file: self.file.clone(), row: self.line, limit: MAX_ROW_BYTES })
+    }
+
+    fn parse_row(&mut self, bytes: &[u8], start: usize) -> Result<Row, ImportError> {
+        let cut = self.dialect.cut;
+        let count = self.columns.len();
+        let (mut pos, mut inner_lines) = (start, 0);
+        for column in 0..count {
+            let (next, last) = match self.plain_cell(bytes, pos, column) {
+                Some(end) => end,
+                None => {
+                    let Some(cell) = cut.cell(bytes, pos) else { return Ok(Row::Unfinished) };
+                    if column == 0 && (crate::cell::is_comment(cell.text) || (cell.last && cell.text.is_empty())) {
+                        return Ok(self.skip_line(bytes, start, cell.text.is_empty()));
+                    }
+                    inner_lines += cell.inner_lines;
+                    self.cell(column, cell)?;
+                    (cell.next, cell.last)
+                }
+            };
+            pos = next;
+            if last && column + 1 < count {
+                return self.short_row(column + 1, pos, inner_lines);
+            }
+            if column + 1 == count && !last {
+                match self.surplus(bytes, pos)? {
+                    Some(end) => pos = end,
+                    None => return Ok(Row::Unfinished),
+                }
+            }
+        }
+        self.push_row(inner_lines)?;
+        Ok(Row::Next(pos))
+    }
+
+    /// A number without quotes or spaces, or nothing at all, in a column of numbers: `(next cell, last of the row)`.
+    #[inline]
+    fn plain_cell(&mut self, bytes: &[u8], pos: usize, column: usize) -> Option<(usize, bool)> {
+        if self.columns[column].kind != Kind::Number {
+            return None;
+        }
+        let cut = self.dialect.cut;
+        let (value, end) = match *bytes.get(pos)? {
+            b if b == cut.separator && !cut.collapse => (f64::NAN, pos),
+            b'n' | b'N' if bytes.get(pos + 1..pos + 3).is_some_and(|b| b.eq_ignore_ascii_case(b"an")) => {
+                (f64::NAN, pos + 3)
+            }
+            _ => {
+                let (value, used) = parse_prefix(&bytes[pos..], self.dialect.decimal)?;
+                if value.is_infinite() {
+                    return None;
+                }
+                (value, pos + used)
+            }
+        };
+        let after = *bytes.get(end)?;
+        let last = after == cut.eol;
+        if last || (after == cut.separator && !cut.collapse) {
+            self.row[column] = value;
+            return Some((end + 1, last));
+        }
+        if after == b'\r' && bytes.get(end + 1) == Some(&cut.eol) {
+            self.row[column] = value;
+            return Some((end + 2, true));
+        }
+        None
+    }
+
+    /// Any cell.
+    #[cold]
+    fn cell(&mut self, index: usize, cell: Cell) -> Result<(), ImportError> {
+        let mut found = content(cell.text, self.dialect.decimal);
+        if found == Content::Text && self.dialect.decimal_open {
+            found = content(cell.text, b',');
+            if let Content::Number(_) = found {
+                self.dialect.decimal = b',';
+                self.dialect.decimal_open = false;
+            }
+        }
+        let row = self.line;
+        let column = &mut self.columns[index];
+        if found == Content::Infinite {
+            self.warnings.add("infinite value taken as blank", Some(&column.name), row);
+        }
+        match column.value(found, cell.text, row) {
+            Ok(value) => {
+                self.row[index] = value;
+                Ok(())
+            }
+            Err(refused) => {
+                let (file, column, found) = (self.file.clone(), column.name.clone(), refused.found);
+                Err(if refused.time {
+                    ImportError::NotATime { file, row: refused.row, column, found }
+                } else {
+                    ImportError::NotANumber { file, row: refused.row, column, found }
+                })
+            }
+        }
+    }
+
+    fn skip_line(&mut self, bytes: &[u8], start: usize, blank: bool) -> Row {
+        let eol = self.dialect.cut.eol;
+        match bytes[start..].iter().position(|&b| b == eol) {
+            Some(length) => {
+                self.comments += usize::from(!blank);
+                self.line += 1;
+                Row::Next(start + length + 1)
+            }
+            None => Row::Unfinished,
+        }
+    }
+
+    /// A row that ends early: an error, except in a last line without its end, as a log that was cut off has.
+    fn short_row(&mut self, found: usize, next: usize, inner_lines: usize) -> Result<Row, ImportError> {
+        if !self.last_row {
+            return Err(self.ragged(found));
+        }
+        self.warnings.add("last row is cut off and left out", None, self.line);
+        self.line += 1 + inner_lines;
+        Ok(Row::Next(next))
+    }
+
+    /// What follows the last column: one blank cell is let pass, more is an error. The end of the row.
+    fn surplus(&self, bytes: &[u8], start: usize) -> Result<Option<usize>, ImportError> {
+        let cut = self.dialect.cut;
+        let (mut pos, mut found, mut blank) = (start, self.columns.len(), true);
+        while let Some(cell) = cut.cell(bytes, pos) {
+            found += 1;
+            blank &= cell.text.is_empty();
+            pos = cell.next;
+            if cell.last {
+                return if blank && found == self.columns.len() + 1 { Ok(Some(pos)) } else { Err(self.ragged(found)) };
+            }
+        }
+        Ok(None)
+    }
+
+    fn ragged(&self, found: usize) -> ImportError {
+        let reference =
+            self.dialect.header_line.map_or("the rows before".into(), |line| format!("the header (row {line})"));
+        ImportError::Ragged { file: self.file.clone(), row: self.line, expected: self.columns.len(), found, reference }
+    }
+
+    fn push_row(&mut self, inner_lines: usize) -> Result<(), ImportError> {
+        if self.rows == self.capacity {
+            self.grow(2 * self.rows + 1024)?;
+        }
+        if self.line != self.next_line {
+            self.line_marks.push((self.rows, self.line));
+        }
+        for (column, value) in self.columns.iter_mut().zip(&self.row) {
+            column.push(*value);
+        }
+        self.rows += 1;
+        self.next_line = self.line + 1;
+        self.line += 1 + inner_lines;
+        Ok(())
+    }
+
+    /// The table, once all bytes were taken.
+    pub fn finish(mut self, bytes: u64) -> Result<Table, ImportError> {
+        if !self.carry.is_empty() {
+            self.finish_last_row()?;
+        }
+        let first = self.line_marks.first().map_or(0, |(_, line)| *line);
+        if self.rows < 2 {
+            let place = if self.rows == 1 { format!("row {first}") } else { "after the header".into() };
+            return Err(ImportError::TooFewRows { file: self.file, found: self.rows, place });
+        }
+        let layout = Layout {
+            separator: separator_name(self.dialect.cut),
+            decimal: char::from(self.dialect.decimal),
+            header_row: self.dialect.header_line,
+            unit_row: self.dialect.unit_line,
+            skipped_lines: self.dialect.skipped + self.comments,
+        };
+        let mut table =
+            Table { name: self.file, rows: self.rows, layout, bytes, line_marks: self.line_marks, ..Table::default() };
+        for column in self.columns {
+            column.finish(&table.name, &mut table.columns, &mut table.text_columns, &mut self.warnings)?;
+        }
+        table.warnings = self.warnings.finish();
+        Ok(table)
+    }
+
+    /// The last line, when it has no end of line.
+    fn finish_last_row(&mut self) -> Result<(), ImportError> {
+        let eol = self.dialect.cut.eol;
+        let mut carry = std::mem::take(&mut self.carry);
+        if carry.trim_ascii().is_empty() || carry == b"\x1a" {
+            return Ok(());
+        }
+        let open = matches!(self.scan, RowScan::Quoted);
+        if open && carry.contains(&eol) {
+            return Err(ImportError::UnclosedQuote { file: self.file.clone(), row: self.line });
+        }
+        if open {
+            self.warnings.add("last row is cut off and left out", None, self.line);
+            return Ok(());
+        }
+        carry.push(eol);
+        self.last_row = true;
+        match self.parse_row(&carry, 0)? {
+            Row::Next(_) => Ok(()),
+            Row::Unfinished => Err(ImportError::UnclosedQuote { file: self.file.clone(), row: self.line }),
+        }
+    }
+}
