@@ -80,13 +80,16 @@ test('opening can be stopped and the drive that was open stays', async () => {
     // Stop as soon as there is something to stop.
     const status = document.querySelector('.status');
     new MutationObserver(() => {
-      if (status.dataset.state === 'busy') status.querySelector('button').click();
+      if (status.dataset.state !== 'busy') return;
+      window.stopped = true;
+      status.querySelector('button').click();
     }).observe(status, { attributes: true });
   });
   await page.locator('.drive-chooser').selectOption(names[names.length - 1]);
-  await page.waitForTimeout(300);
+  await page.waitForFunction(() => window.stopped);
   await page.locator('.status[data-state="idle"]').waitFor({ state: 'attached' });
   assert.equal(await page.locator('.headline').textContent(), before);
+  assert.equal(await page.locator('.drive-chooser').inputValue(), names[0]);
   await context.close();
 });
 

@@ -4,6 +4,7 @@ import './style/base.css';
 import './style/layout.css';
 import './style/plots.css';
 import './style/panel.css';
+import './style/score.css';
 import { h, iconButton, save } from './dom';
 import { dropTarget, openFiles } from './files';
 import { listenToKeys } from './keys';

@@ -59,6 +59,9 @@ impl Opening {
     pub fn step(self) -> Result<Step, JsError> {
         match self {
             Self::Simulation(mut simulation) => Ok(if simulation.advance(SIMULATED) {
+                if let Some(failure) = simulation.failure() {
+                    return Err(sentence(failure));
+                }
                 Step::Done(Box::new(Opened { drive: simulation.finish(), report: None }))
             } else {
                 Step::More(Self::Simulation(simulation))

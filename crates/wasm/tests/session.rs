@@ -130,3 +130,41 @@ fn a_dropped_file_opens_and_a_broken_one_leaves_the_open_drive_in_place() {
     session.begin_files(vec![empty.unchecked_into()], None).map_err(text).unwrap();
     assert!(open(&mut session).unwrap_err().contains("empty"));
 }
+
+/// A golden history: names and rows.
+fn golden(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
+    let mut lines = text.lines();
+    let names = lines.next().unwrap().split(',').skip(1).map(String::from).collect();
+    let rows = lines.map(|l| l.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect()).collect();
+    (names, rows)
+}
+
+#[wasm_bindgen_test]
+fn the_numbers_are_the_native_ones() {
+    // The golden histories are native; mathematical functions may differ in the last bit, hence 1e-6.
+    let histories = [
+        ("orientation", include_str!("../../../tests/golden/orientation.csv")),
+        ("slope", include_str!("../../../tests/golden/slope.csv")),
+        ("motion_mode", include_str!("../../../tests/golden/motion_mode.csv")),
+        ("gnss_ins", include_str!("../../../tests/golden/gnss_ins.csv")),
+    ];
+    let mut session = built_in();
+    for (estimator, text) in histories {
+        run(&mut session, estimator, "{}").unwrap();
+        let (names, rows) = golden(text);
+        assert!(rows.len() > 50);
+        let mut scale = vec![1e-3f64; names.len()];
+        for row in &rows {
+            scale.iter_mut().zip(&row[1..]).for_each(|(s, v)| *s = if v.is_finite() { s.max(v.abs()) } else { *s });
+        }
+        for row in &rows {
+            let ours = session.table(&format!("{estimator}:current"), names.clone(), row[0], row[0], 1).to_vec();
+            assert_eq!(ours.len(), row.len(), "{estimator} has no row at {}", row[0]);
+            for (k, name) in names.iter().enumerate() {
+                let (is, was) = (ours[k + 1], row[k + 1]);
+                let same = is.is_nan() && was.is_nan() || (is - was).abs() <= 1e-6 * scale[k];
+                assert!(same, "{estimator} {name} at {}: native {was}, here {is}", row[0]);
+            }
+        }
+    }
+}
