@@ -48,6 +48,12 @@ pub struct Demand {
 }
 
 impl Driveline {
+    /// Rolling at a speed (m/s) in the gear for it, the engine holding it on the level.
+    pub fn rolling(car: &Car, speed: f64) -> Self {
+        let gear = SHIFT_UP.iter().filter(|s| speed > **s).count();
+        Self { gear, force: car.resistance(speed), ..Self::default() }
+    }
+
     /// Gear, from 1.
     pub fn gear(&self) -> usize {
         self.gear + 1

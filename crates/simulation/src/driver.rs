@@ -1,24 +1,25 @@
 //! The driver: follows the road and the speeds asked for within limits, stops and sets off again.
 
+use crate::car::Car;
 use crate::driveline::Demand;
+use crate::manoeuvre::{Line, Pedals};
 use crate::math::{sin_cos, wrap_angle};
 use crate::plant::Plant;
 use crate::rng::Rng;
 use crate::road::Road;
-use crate::spec::DriveSpec;
+use crate::spec::{DriveSpec, Limits, Manoeuvre};
 
 /// How often the driver acts, s.
 pub const PERIOD: f64 = 0.01;
 
-/// Largest lateral acceleration in curves, m/s^2.
-const CORNERING: f64 = 2.6;
-/// Deceleration towards slower places and stops, m/s^2.
-const BRAKING: f64 = 1.5;
-/// Acceleration at low speed, m/s^2, and what it falls to: this power per mass, W/kg.
-const ACCELERATION: f64 = 1.7;
+/// Acceleration falls to this power per mass, W/kg.
 const POWER: f64 = 13.0;
-/// Change of acceleration, m/s^3.
-const JERK: f64 = 2.2;
+/// How much more than planned the driver accelerates or brakes to catch up, m/s^2.
+const CATCH_UP: [f64; 2] = [0.3, 2.0];
+/// Deceleration to a stop after an open-loop manoeuvre, m/s^2.
+const AFTERWARDS: f64 = 3.0;
+/// How hard the speed is held in an open-loop manoeuvre, 1/s.
+const HOLDING: f64 = 3.0;
 /// Speed error answered by acceleration, 1/s.
 const SPEED_GAIN: f64 = 0.7;
 /// Grid of the speed plan, m.
@@ -46,11 +47,29 @@ struct Leg {
     stand: f64,
 }
 
+/// A piece of road in a leg: its end, the speed asked for, m/s, and the acceleration, m/s^2.
+struct Piece {
+    until: f64,
+    speed: f64,
+    acceleration: f64,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
-    Standing { left: f64 },
-    SettingOff { since: f64 },
+    Standing {
+        left: f64,
+    },
+    SettingOff {
+        since: f64,
+    },
     Driving,
+    /// Open loop since this many seconds, begun at a speed.
+    Manoeuvring {
+        since: f64,
+        from: f64,
+    },
+    /// To a stop, wherever the manoeuvre has led.
+    Ending,
     Halting,
     Done,
 }
@@ -65,6 +84,9 @@ pub struct Driver {
     steer: f64,
     wanted_steer: f64,
     wander: Wander,
+    limits: Limits,
+    line: Line,
+    manoeuvre: Option<Manoeuvre>,
 }
 
 /// Where in the lane the driver wants to be: noise through two lags, so that the hands move smoothly.
@@ -91,21 +113,38 @@ impl Driver {
     pub fn new(spec: &DriveSpec, road: &Road) -> Self {
         let mut legs = Vec::new();
         let (mut first, mut start) = (0, 0.0);
+        let limits = spec.driver;
         for (index, segment) in spec.segments.iter().enumerate() {
             let last = index + 1 == spec.segments.len();
             if segment.stop.is_none() && !last {
                 continue;
             }
             let end = road.piece_start(index + 1);
-            let speeds: Vec<(f64, f64)> =
-                (first..=index).map(|i| (road.piece_start(i + 1), spec.segments[i].speed_kmh / 3.6)).collect();
-            legs.push(Leg::plan(road, start, end, &speeds, segment.stop.unwrap_or(0.0)));
+            let pieces: Vec<Piece> = (first..=index)
+                .map(|i| Piece {
+                    until: road.piece_start(i + 1),
+                    speed: spec.segments[i].speed_kmh / 3.6,
+                    acceleration: spec.segments[i].acceleration.unwrap_or(limits.acceleration),
+                })
+                .collect();
+            let from = if legs.is_empty() { spec.start_speed_kmh / 3.6 } else { 0.0 };
+            legs.push(Leg::plan(road, start, end, &pieces, &limits, from, segment.stop.unwrap_or(0.0)));
             (first, start) = (index + 1, end);
         }
-        let phase = Phase::Standing { left: spec.stand_at_start };
+        let rolls = spec.start_speed_kmh > 0.0;
+        let phase = if rolls { Phase::Driving } else { Phase::Standing { left: spec.stand_at_start } };
         // The driver is part of the drive: the same for every seed of the sensors' noise.
         let wander = Wander { first: 0.0, second: 0.0, rng: Rng::new(0, &format!("{} driver", spec.name)) };
-        Self { legs, leg: 0, phase, acceleration: 0.0, steer: 0.0, wanted_steer: 0.0, wander }
+        let (line, manoeuvre) = (Line::new(spec), spec.manoeuvre.filter(Manoeuvre::is_open_loop));
+        Self { legs, leg: 0, phase, acceleration: 0.0, steer: 0.0, wanted_steer: 0.0, wander, limits, line, manoeuvre }
+    }
+
+    /// How far the car is beside the line it is to follow, m; 0 once an open-loop manoeuvre has begun.
+    pub fn astray(&self, s: f64, offset: f64) -> f64 {
+        let last = self.leg + 1 >= self.legs.len();
+        let free = matches!(self.phase, Phase::Manoeuvring { .. } | Phase::Ending)
+            || (self.manoeuvre.is_some() && last && self.phase != Phase::Driving);
+        if free { 0.0 } else { offset - self.line.at(s)[0] }
     }
 
     /// Whether the last stop is over.
@@ -129,7 +168,7 @@ impl Driver {
         let car = &plant.car;
         self.advance_phase(plant, speed, force);
         let wanted = self.wanted_acceleration(plant.patch().s, speed);
-        let step = JERK * PERIOD;
+        let step = self.limits.jerk * PERIOD;
         self.acceleration += (wanted - self.acceleration).clamp(-step, step);
         self.look(plant, road, speed);
         let uphill = car.mass * 9.8 * sin_cos(plant.patch().point.grade).0;
@@ -139,13 +178,39 @@ impl Driver {
                 let force = uphill.max(0.0) + car.mass * 0.3;
                 Demand { force, hold: HOLD * car.mass }
             }
-            Phase::Driving | Phase::Halting => {
+            Phase::Manoeuvring { from, .. } => self.pedals(car, speed, from),
+            Phase::Driving | Phase::Halting | Phase::Ending => {
                 Demand { force: 1.04 * car.mass * self.acceleration + uphill + car.resistance(speed), hold: 0.0 }
             }
         }
     }
 
+    fn pedals(&self, car: &Car, speed: f64, from: f64) -> Demand {
+        let force = match self.manoeuvre.map(|m| m.pedals(from)) {
+            Some(Pedals::Hold(held)) => car.resistance(speed) + HOLDING * car.mass * (held - speed),
+            Some(Pedals::Brake(deceleration)) => -deceleration * car.mass,
+            _ => 0.0,
+        };
+        Demand { force, hold: 0.0 }
+    }
+
+    fn advance_manoeuvre(&mut self, s: f64, speed: f64) {
+        let Some(manoeuvre) = self.manoeuvre else { return };
+        match &mut self.phase {
+            Phase::Driving if s >= manoeuvre.at => {
+                self.leg = self.legs.len().saturating_sub(1);
+                self.phase = Phase::Manoeuvring { since: 0.0, from: speed };
+            }
+            Phase::Manoeuvring { since, .. } if manoeuvre.is_over(*since, speed) => {
+                (self.phase, self.acceleration) = (Phase::Ending, 0.0);
+            }
+            Phase::Ending if speed < 0.5 => self.phase = Phase::Halting,
+            _ => {}
+        }
+    }
+
     fn advance_phase(&mut self, plant: &Plant, speed: f64, force: f64) {
+        self.advance_manoeuvre(plant.patch().s, speed);
         let left = self.legs.get(self.leg).map_or(0.0, |leg| leg.end - plant.patch().s);
         match &mut self.phase {
             Phase::Standing { left } => {
@@ -165,12 +230,13 @@ impl Driver {
             }
             Phase::Driving if left < ROLL_OUT || (left < 3.0 && speed < 0.5) => self.phase = Phase::Halting,
             Phase::Halting if plant.rim_speed() == [0.0; 4] && speed.abs() < 0.02 => {
+                self.advance_manoeuvre(plant.patch().s, speed);
                 let left = self.legs.get(self.leg).map_or(0.0, |leg| leg.stand);
                 self.leg += 1;
                 self.acceleration = 0.0;
                 self.phase = Phase::Standing { left };
             }
-            Phase::Driving | Phase::Halting | Phase::Done => {}
+            _ => {}
         }
     }
 
@@ -178,15 +244,22 @@ impl Driver {
         match (self.phase, self.legs.get(self.leg)) {
             (Phase::Driving, Some(leg)) => {
                 let (planned, slope) = leg.at(s + 0.3 * speed + 0.3);
-                (slope + SPEED_GAIN * (planned - speed)).clamp(-3.5, 2.0)
+                let [more, harder] = CATCH_UP;
+                (slope + SPEED_GAIN * (planned - speed))
+                    .clamp(-self.limits.braking - harder, self.limits.acceleration + more)
             }
             (Phase::Halting, _) => -0.8,
+            (Phase::Ending, _) => -AFTERWARDS,
             _ => 0.0,
         }
     }
 
     /// Steer by preview: curvature ahead with the car's understeer, and the offset expected at a point ahead.
     fn look(&mut self, plant: &Plant, road: &Road, speed: f64) {
+        if self.manoeuvre.is_some() && !matches!(self.phase, Phase::Driving | Phase::SettingOff { .. }) {
+            self.wanted_steer = 0.0;
+            return;
+        }
         if speed < 0.1 {
             return;
         }
@@ -197,16 +270,27 @@ impl Driver {
         let course = if speed > 1.0 { libm::atan2(velocity.y, velocity.x) } else { heading };
         let ahead = (0.9 * speed).max(4.0);
         // Nobody wanders while creeping.
-        let wander = self.wander.next() * ((speed - 2.0) / 6.0).clamp(0.0, 1.0);
+        let steady = if self.manoeuvre.is_some() { 0.0 } else { 1.0 };
+        let wander = self.wander.next() * steady * ((speed - 2.0) / 6.0).clamp(0.0, 1.0);
         let astray = plant.offset() - wander + ahead * sin_cos(wrap_angle(course - patch.point.heading)).0;
-        let curvature = road.point(patch.s + speed * (STEER_LAG + 0.05) + 0.3).curvature;
-        let turning = curvature - 2.0 * astray / (ahead * ahead);
+        let soon = patch.s + speed * (STEER_LAG + 0.05) + 0.3;
+        let curvature = road.point(soon).curvature;
+        let mut turning = curvature - 2.0 * astray / (ahead * ahead);
+        if !self.line.is_centre() {
+            let [y, slope, _] = self.line.at(patch.s);
+            turning += self.line.at(soon)[2] + 2.0 * (y + ahead * slope) / (ahead * ahead);
+        }
         let understeer = car.understeer_gradient() * speed * speed;
         self.wanted_steer = (libm::atan(car.wheelbase() * turning) + understeer * turning).clamp(-0.6, 0.6);
     }
 
     /// Hands: move towards the wanted angle for `dt` s and return the road wheels' angle, rad.
     pub fn turn_wheel(&mut self, dt: f64) -> f64 {
+        if let (Phase::Manoeuvring { since, .. }, Some(manoeuvre)) = (&mut self.phase, self.manoeuvre) {
+            *since += dt;
+            self.steer = manoeuvre.steer(*since);
+            return self.steer;
+        }
         let change = (self.wanted_steer - self.steer) * (dt / STEER_LAG);
         self.steer += change.clamp(-STEER_RATE * dt, STEER_RATE * dt);
         self.steer
@@ -215,23 +299,25 @@ impl Driver {
 
 impl Leg {
     /// Plan the speed: the segments' and the curves' limits, reached and left with the driver's accelerations.
-    fn plan(road: &Road, start: f64, end: f64, speeds: &[(f64, f64)], stand: f64) -> Self {
+    fn plan(road: &Road, start: f64, end: f64, pieces: &[Piece], limits: &Limits, from: f64, stand: f64) -> Self {
         let count = ((end - start) / GRID).ceil().max(2.0) as usize;
         let grid = (end - start) / count as f64;
+        let piece = |s: f64| pieces.get(pieces.partition_point(|p| s > p.until)).or(pieces.last());
         let mut speed2: Vec<f64> = (0..=count)
             .map(|k| {
                 let s = start + k as f64 * grid;
-                let limit = speeds.iter().find(|(until, _)| s <= *until).or(speeds.last()).map_or(1.0, |p| p.1);
+                let limit = piece(s).map_or(1.0, |p| p.speed);
                 let curvature = road.point(s).curvature.abs();
-                (limit * limit).min(CORNERING / curvature.max(1e-6))
+                (limit * limit).min(limits.cornering / curvature.max(1e-6))
             })
             .collect();
-        (speed2[0], speed2[count]) = (0.0, 0.0);
+        (speed2[0], speed2[count]) = (from * from, 0.0);
         for k in (0..count).rev() {
-            speed2[k] = speed2[k].min(speed2[k + 1] + 2.0 * BRAKING * grid);
+            speed2[k] = speed2[k].min(speed2[k + 1] + 2.0 * limits.braking * grid);
         }
         for k in 1..=count {
-            let strongest = ACCELERATION.min(POWER / speed2[k - 1].sqrt().max(1.0));
+            let most = piece(start + (k - 1) as f64 * grid).map_or(limits.acceleration, |p| p.acceleration);
+            let strongest = most.min(POWER / speed2[k - 1].sqrt().max(1.0));
             speed2[k] = speed2[k].min(speed2[k - 1] + 2.0 * strongest * grid);
         }
         Self { start, end, grid, speed2, stand }

@@ -56,7 +56,8 @@ pub struct TangentFrame {
     to_ned: Matrix3<f64>,
 }
 
-fn earth_centred(place: &Geodetic) -> (Vector3<f64>, Matrix3<f64>) {
+/// Earth-centred coordinates of a place, m, and the rotation from them to north, east, down.
+pub(crate) fn earth_centred(place: &Geodetic) -> (Vector3<f64>, Matrix3<f64>) {
     let (sl, cl) = sin_cos(place.lat);
     let (so, co) = sin_cos(place.lon);
     let transverse = SEMI_MAJOR_AXIS / (1.0 - ECCENTRICITY2 * sl * sl).sqrt();

@@ -9,7 +9,7 @@
 //! | [`spec`], [`mod@drives`] | a drive as data, and the ones that ship |
 //! | [`road`], [`roughness`] | curvature, grade and bank along arc length, and what is uneven |
 //! | [`car`], [`tyre`], [`plant`] | the car and its motion |
-//! | [`driveline`], [`driver`] | engine, gears, brakes; who drives |
+//! | [`driveline`], [`driver`], [`manoeuvre`] | engine, gears, brakes; who drives, and what they try out |
 //! | [`motion`], [`truth`], [`earth`] | the sensors' true motion and its columns |
 //! | [`grades`], [`sensors`] | what the sensors make of it |
 //! | [`run`] | the simulation that grows a drive |
@@ -20,6 +20,7 @@ pub mod driver;
 pub mod drives;
 pub mod earth;
 pub mod grades;
+pub mod manoeuvre;
 pub mod math;
 pub mod motion;
 pub mod plant;

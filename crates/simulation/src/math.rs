@@ -22,6 +22,12 @@ pub fn smooth_step_slope(t: f64) -> f64 {
     30.0 * u * u
 }
 
+/// Second derivative of [`smooth_step`].
+pub fn smooth_step_bend(t: f64) -> f64 {
+    let t = t.clamp(0.0, 1.0);
+    60.0 * t * (1.0 - t) * (1.0 - 2.0 * t)
+}
+
 /// Integral of [`smooth_step`] from 0 to `t`, for `t` in 0 to 1; at 1 it is one half.
 pub fn smooth_step_integral(t: f64) -> f64 {
     let t = t.clamp(0.0, 1.0);

@@ -13,6 +13,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::car::{AIR_DENSITY, Car, WHEELS};
 use crate::math::{matrix_of, quaternion};
 use crate::road::{Patch, Road};
+use crate::tyre::Tyre;
 
 /// Length of one integration step, s.
 pub const STEP: f64 = 0.002;
@@ -269,7 +270,7 @@ impl Plant {
             let rate = -up.dot(&velocity);
             let squeeze = place.z + car.link_height - depth;
             let spring = car.rest_load[i] + car.spring[i] * squeeze + car.damper[i] * rate;
-            Touch { arm, velocity, up: up / length, squeeze, spring }
+            Touch { arm, velocity, up: up / length, squeeze, spring, grip: road.grip(i % 2, s) }
         });
         for (left, right) in [(0, 1), (2, 3)] {
             let twist = car.bar[left] * (touch[left].squeeze - touch[right].squeeze);
@@ -290,7 +291,8 @@ impl Plant {
 
     /// One tyre on its patch of road.
     fn rolling(&self, state: &State, view: &View, touch: &Touch, i: usize, steer: f64) -> Rolling {
-        let tyre = &self.car.tyre[i];
+        let dry = &self.car.tyre[i];
+        let tyre = Tyre { friction: dry.friction * touch.grip, ..*dry };
         let load = (touch.spring + self.link_load(i)).max(0.0);
         let (sin, cos) = if i < 2 { short_sin_cos(self.wheel_angle(steer, i)) } else { (0.0, 1.0) };
         let heading = view.attitude * Vector3::new(cos, sin, 0.0);
@@ -353,6 +355,8 @@ struct Touch {
     up: Vector3<f64>,
     squeeze: f64,
     spring: f64,
+    /// Friction here as a share of the dry road's.
+    grip: f64,
 }
 
 /// One tyre's part of the motion: its force in road axes and along its own, and how its deflections change.

@@ -4,9 +4,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::math::{rotation, smooth_step, smooth_step_integral, smooth_step_slope};
+use crate::math::{rotation, sin_cos, smooth_step, smooth_step_integral, smooth_step_slope};
 use crate::roughness::Roughness;
-use crate::spec::DriveSpec;
+use crate::spec::{Bump, DriveSpec, Grip, Side};
 
 /// A quantity along the road: constant pieces joined by smooth steps centred on their boundaries.
 #[derive(Clone, Debug)]
@@ -152,6 +152,8 @@ pub struct Road {
     bank: Profile,
     start_heading: f64,
     roughness: Option<Roughness>,
+    bumps: Vec<Bump>,
+    grip: Vec<Grip>,
     /// Centre line and its direction at every [`GRID`] m from [`BEFORE`] m before the start.
     nodes: Vec<(Vector3<f64>, Vector3<f64>)>,
 }
@@ -172,7 +174,9 @@ impl Road {
         let grade = of(|s| libm::atan(s.grade_percent / 100.0));
         let bank = of(|s| s.bank_deg.to_radians());
         let start_heading = spec.heading_deg.to_radians();
-        let mut road = Self { curvature, grade, bank, pieces, start_heading, roughness: None, nodes: Vec::new() };
+        let (bumps, grip) = (spec.bumps.clone(), spec.grip.clone());
+        let mut road =
+            Self { curvature, grade, bank, pieces, start_heading, roughness: None, bumps, grip, nodes: Vec::new() };
         road.lay();
         road.roughness = spec.roughness.map(|class| Roughness::new(class, road.length(), &spec.name));
         road
@@ -217,9 +221,23 @@ impl Road {
         Patch { s, centre: self.centre(s), axes: rotation(point.bank, point.grade, point.heading), turn, point }
     }
 
-    /// Height of the roughness, m, and its slope under a wheel of the left (0) or the right (1) track.
+    /// Height of roughness and bumps, m, and its slope under a wheel of the left (0) or the right (1) track.
     pub fn roughness(&self, track: usize, s: f64) -> (f64, f64) {
-        self.roughness.as_ref().map_or((0.0, 0.0), |r| r.at(track, s))
+        let (mut height, mut slope) = self.roughness.as_ref().map_or((0.0, 0.0), |r| r.at(track, s));
+        for bump in self.bumps.iter().filter(|b| s > b.at && s < b.at + b.length) {
+            let turn = std::f64::consts::TAU / bump.length;
+            let (sin, cos) = sin_cos((s - bump.at) * turn);
+            height += 0.5 * bump.height * (1.0 - cos);
+            slope += 0.5 * bump.height * turn * sin;
+        }
+        (height, slope)
+    }
+
+    /// Friction under a wheel of the left (0) or the right (1) track as a share of the dry road's.
+    pub fn grip(&self, track: usize, s: f64) -> f64 {
+        let under = |side| side == Side::Both || (side == Side::Left) == (track == 0);
+        let patch = self.grip.iter().rev().find(|g| s >= g.at && s < g.at + g.length && under(g.side));
+        patch.map_or(1.0, |g| g.share)
     }
 
     fn direction(&self, s: f64) -> Vector3<f64> {
@@ -245,7 +263,13 @@ impl Road {
 
     /// Centre line, by Hermite's cubic between nodes.
     fn centre(&self, s: f64) -> Vector3<f64> {
-        let at = ((s + BEFORE) / GRID).clamp(0.0, (self.nodes.len() - 1) as f64 - 1e-9);
+        let end = (self.nodes.len() - 1) as f64;
+        let at = ((s + BEFORE) / GRID).clamp(0.0, end - 1e-9);
+        let beyond = s + BEFORE - (s + BEFORE).clamp(0.0, end * GRID);
+        if beyond != 0.0 {
+            let (place, direction) = self.nodes[if beyond < 0.0 { 0 } else { self.nodes.len() - 1 }];
+            return place + direction * beyond;
+        }
         let index = at as usize;
         let t = at - index as f64;
         let ((p0, d0), (p1, d1)) = (self.nodes[index], self.nodes[index + 1]);

@@ -2,43 +2,30 @@
 
 use drivescope_drive::channel::OutOfOrder;
 use drivescope_drive::drive::Drive;
-use drivescope_drive::vehicle::VehicleParams;
 use nalgebra::Vector3;
 
 use crate::car::Car;
 use crate::driveline::Driveline;
 use crate::driver::{Driver, PERIOD};
 use crate::earth::{Local, TangentFrame};
-use crate::grades::Grade;
 use crate::motion::{Inertial, Motion, daejeon};
 use crate::plant::{Inputs, Plant, STEP};
 use crate::road::Road;
-use crate::sensors::{car::CarSensors, imu::ImuSensor, mag::MagSensor, position::BaroSensor, position::GnssSensor};
-use crate::spec::{DriveSpec, Outage, SpecError};
-use crate::truth::{self, Biases};
+use crate::sensors::satellites::RawGnss;
+use crate::sensors::suite::{Instant, Suite};
+use crate::spec::{DriveSpec, SpecError};
+use crate::truth;
 
 /// Samples per second of inertial sensor, magnetometer, wheels, steering and truth.
 pub const RATE: f64 = 100.0;
 /// Plant steps in a sample.
 const STEPS: usize = 5;
-/// Samples between two of the barometer.
-const BARO_EVERY: u64 = 10;
 /// Further from the centre line than this the car has left the road, m.
 const ROAD_HALF_WIDTH: f64 = 5.0;
 /// Without getting on for this long although it wants to, the car is stuck, s.
 const PATIENCE: f64 = 60.0;
 
 const _: () = assert!(STEPS as f64 * STEP == PERIOD && PERIOD * RATE == 1.0);
-
-struct Sensors {
-    imu: ImuSensor,
-    mag: MagSensor,
-    car: CarSensors,
-    gnss: GnssSensor,
-    baro: BaroSensor,
-    gnss_every: u64,
-    outages: Vec<Outage>,
-}
 
 /// A drive being simulated: advance it, look at it as it grows, take it.
 ///
@@ -55,7 +42,7 @@ pub struct Simulation {
     plant: Plant,
     line: Driveline,
     driver: Driver,
-    sensors: Sensors,
+    sensors: Suite,
     lever_arm: Vector3<f64>,
     frame: TangentFrame,
     motion: Motion,
@@ -73,20 +60,19 @@ impl Simulation {
     /// [`SpecError`] when the drive does not pass its checks.
     pub fn new(spec: &DriveSpec, seed: Option<u64>) -> Result<Self, SpecError> {
         spec.check()?;
-        let unknown = |path: &str, value: &str| SpecError::Unknown {
-            path: path.into(),
-            value: value.into(),
-            known: "none of that name".into(),
-        };
-        let params = VehicleParams::preset(&spec.car).ok_or_else(|| unknown("car", &spec.car))?;
-        let grade = Grade::named(&spec.sensors).ok_or_else(|| unknown("sensors", &spec.sensors))?;
+        let params = spec.vehicle()?;
         let origin = daejeon();
         let gravity = Local::at(&origin).gravity;
         let road = Road::new(spec);
-        let plant = Plant::new(Car::new(&spec.car, params.clone(), gravity), &road, 0.0, gravity);
+        let mut plant = Plant::new(Car::new(&spec.car, params.clone(), gravity), &road, 0.0, gravity);
         let driver = Driver::new(spec, &road);
+        let mut line = Driveline::default();
+        if spec.start_speed_kmh > 0.0 {
+            plant.set_speed(spec.start_speed_kmh / 3.6);
+            line = Driveline::rolling(&plant.car, spec.start_speed_kmh / 3.6);
+        }
         let lever_arm = Vector3::from(spec.lever_arm);
-        let sensors = Sensors::new(grade, &plant.car, spec, seed.unwrap_or(spec.seed));
+        let sensors = Suite::new(spec, &plant, &road, RATE, seed.unwrap_or(spec.seed))?;
         let motion = Motion::of(&plant, &lever_arm, origin);
         let drive = Drive {
             name: spec.name.clone(),
@@ -98,7 +84,7 @@ impl Simulation {
         let mut simulation = Self {
             road,
             plant,
-            line: Driveline::default(),
+            line,
             driver,
             sensors,
             lever_arm,
@@ -111,7 +97,7 @@ impl Simulation {
             failure: None,
         };
         let at_rest = motion.inertial_until(&motion, PERIOD);
-        simulation.done = simulation.record(&at_rest).is_err();
+        simulation.done = simulation.record(&at_rest, Vector3::zeros()).is_err();
         Ok(simulation)
     }
 
@@ -144,6 +130,11 @@ impl Simulation {
         &self.drive
     }
 
+    /// The satellites seen so far, epoch by epoch; empty where the drive's fixes do not come from single satellites.
+    pub fn raw_gnss(&self) -> &[RawGnss] {
+        self.sensors.raw_gnss()
+    }
+
     /// The drive, simulated to its end, or to where it failed.
     pub fn finish(mut self) -> Drive {
         while !self.advance(60.0) {}
@@ -163,7 +154,8 @@ impl Simulation {
         self.motion = Motion::of(&self.plant, &self.lever_arm, before.place_after(&velocity, PERIOD));
         self.sample += 1;
         let inertial = before.inertial_until(&self.motion, PERIOD);
-        let refused = self.record(&inertial).is_err();
+        let turning = (self.motion.rate - before.rate) / PERIOD;
+        let refused = self.record(&inertial, turning).is_err();
         self.failure = self.trouble();
         self.done = refused || self.failure.is_some() || self.driver.is_done();
     }
@@ -171,49 +163,33 @@ impl Simulation {
     /// Why the drive cannot go on, if it cannot.
     fn trouble(&mut self) -> Option<SpecError> {
         let (position, time, offset) = (self.plant.patch().s, self.time(), self.plant.offset());
+        let astray = self.driver.astray(position, offset);
         if position > self.moved.1 + 0.5 || self.driver.is_standing() {
             self.moved = (time, position);
         }
-        if !offset.is_finite() || offset.abs() > ROAD_HALF_WIDTH {
+        if !astray.is_finite() || astray.abs() > ROAD_HALF_WIDTH {
             return Some(SpecError::LeftRoad { position, time, offset });
         }
         (time - self.moved.0 > PATIENCE).then_some(SpecError::Stuck { position, time })
     }
 
-    fn record(&mut self, inertial: &Inertial) -> Result<(), OutOfOrder> {
+    fn record(&mut self, inertial: &Inertial, turning: Vector3<f64>) -> Result<(), OutOfOrder> {
         let time = self.time();
         let (plant, sensors, drive) = (&self.plant, &mut self.sensors, &mut self.drive);
-        let biases = Biases { accel: sensors.imu.accel_bias(), gyro: sensors.imu.gyro_bias() };
+        let biases = sensors.biases();
         let ned = self.frame.to_ned(&self.motion.place);
         drive.truth.push(time, &truth::row(&self.motion, &ned, inertial, plant, &biases))?;
-        let rim = plant.rim_speed();
-        let engine_speed = self.line.engine_speed(&plant.car, rim[2]);
-        drive.imu.push(time, sensors.imu.next(inertial, self.motion.velocity.norm(), engine_speed))?;
-        drive.mag.push(time, sensors.mag.next(&self.motion))?;
-        drive.wheels.push(time, sensors.car.wheels(time, &rim, &plant.turned()))?;
-        drive.steering.push(time, sensors.car.steering(self.driver.steer()))?;
-        if self.sample.is_multiple_of(sensors.gnss_every) {
-            let outage = sensors.outages.iter().any(|o| time >= o.start && time < o.start + o.duration);
-            drive.gnss.push(time, sensors.gnss.next(&self.motion, outage))?;
-        }
-        if self.sample.is_multiple_of(BARO_EVERY) {
-            drive.baro.push(time, sensors.baro.next(&self.motion))?;
-        }
-        Ok(())
-    }
-}
-
-impl Sensors {
-    fn new(grade: &Grade, car: &Car, spec: &DriveSpec, seed: u64) -> Self {
-        Self {
-            imu: ImuSensor::new(&grade.imu, PERIOD, seed),
-            mag: MagSensor::new(&grade.mag, seed),
-            car: CarSensors::new(&grade.car, car.common.wheel_radius, car.params.steering_ratio, seed),
-            gnss: GnssSensor::new(&grade.position, seed),
-            baro: BaroSensor::new(&grade.position, BARO_EVERY as f64 * PERIOD, seed),
-            gnss_every: (RATE / grade.position.rate).round().max(1.0) as u64,
-            outages: spec.gnss_outages.clone(),
-        }
+        let now = Instant {
+            time,
+            sample: self.sample,
+            motion: &self.motion,
+            inertial,
+            turning,
+            plant,
+            steer: self.driver.steer(),
+            engine_speed: self.line.engine_speed(&plant.car, plant.rim_speed()[2]),
+        };
+        sensors.record(&now, drive)
     }
 }
 

@@ -234,6 +234,8 @@ fn any_road_inside_the_ranges_is_driven_without_leaving_it_or_losing_a_number() 
                 bank_deg: between(-8.0, 8.0),
                 blend: between(5.0, 60.0),
                 stop: (piece % 2 == 1).then_some(2.0),
+                duration: None,
+                acceleration: None,
             });
         }
         let drive = simulate(&spec, Some(1)).unwrap_or_else(|e| panic!("case {case}: {e}"));

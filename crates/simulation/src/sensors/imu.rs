@@ -1,7 +1,7 @@
 //! Inertial sensor: scale, bias, noise, vibration and resolution on top of the error-free averages.
 
 use drivescope_drive::signals::Imu;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::quantized;
 use crate::grades::ImuGrade;
@@ -17,16 +17,26 @@ struct Triad {
     noise: f64,
     walk: f64,
     resolution: f64,
+    misaligned: Option<Matrix3<f64>>,
+    range: f64,
     rng: Rng,
 }
 
 impl Triad {
     fn next(&mut self, truth: &Vector3<f64>) -> Vector3<f64> {
         let noise = self.rng.normal3() * self.noise;
+        let turned = self.misaligned.map(|m| m * truth);
+        let truth = turned.as_ref().unwrap_or(truth);
         let reading = truth + truth.component_mul(&self.scale) + self.bias + noise;
         self.bias += self.rng.normal3() * self.walk;
-        reading.map(|v| quantized(v, self.resolution))
+        reading.map(|v| quantized(v, self.resolution).clamp(-self.range, self.range))
     }
+}
+
+/// Axes that each lean away from where they should point by angles of this 1-sigma, rad.
+fn misalignment(sigma: f64, seed: u64, name: &str) -> Matrix3<f64> {
+    let mut rng = Rng::new(seed, &format!("{name} axes"));
+    Matrix3::from_fn(|i, j| if i == j { 1.0 } else { sigma * rng.normal() })
 }
 
 /// State of the sensor.
@@ -41,15 +51,17 @@ pub struct ImuSensor {
 impl ImuSensor {
     /// A sensor of a grade, sampled every `step` s, switched on with this seed.
     pub fn new(grade: &ImuGrade, step: f64, seed: u64) -> Self {
-        let triad = |name: &str, [bias, noise, walk, resolution]: [f64; 4]| {
+        let triad = |name: &str, [bias, noise, walk, resolution, range]: [f64; 5]| {
             let mut rng = Rng::new(seed, name);
             let (bias, scale) = (rng.normal3() * bias, rng.normal3() * grade.scale);
-            Triad { bias, scale, noise: noise / step.sqrt(), walk: walk * step.sqrt(), resolution, rng }
+            let (noise, walk) = (noise / step.sqrt(), walk * step.sqrt());
+            let misaligned = (grade.misalignment > 0.0).then(|| misalignment(grade.misalignment, seed, name));
+            Triad { bias, scale, noise, walk, resolution, misaligned, range, rng }
         };
         let g = grade;
         Self {
-            accel: triad("accel", [g.accel_bias, g.accel_noise, g.accel_walk, g.accel_resolution]),
-            gyro: triad("gyro", [g.gyro_bias, g.gyro_noise, g.gyro_walk, g.gyro_resolution]),
+            accel: triad("accel", [g.accel_bias, g.accel_noise, g.accel_walk, g.accel_resolution, g.range[0]]),
+            gyro: triad("gyro", [g.gyro_bias, g.gyro_noise, g.gyro_walk, g.gyro_resolution, g.range[1]]),
             vibration: Vibration::new(step, seed),
             vibrates: g.vibration,
         }

@@ -33,9 +33,14 @@ impl MagSensor {
         }
     }
 
-    /// The next sample.
-    pub fn next(&mut self, motion: &Motion) -> Mag {
-        let field = self.soft_iron * (motion.attitude.transpose() * self.field) + self.hard_iron;
+    /// The undisturbed field, north, east and down, uT.
+    pub fn field(&self) -> Vector3<f64> {
+        self.field
+    }
+
+    /// The next sample in a field given in north, east and down, uT.
+    pub fn next(&mut self, motion: &Motion, field: &Vector3<f64>) -> Mag {
+        let field = self.soft_iron * (motion.attitude.transpose() * field) + self.hard_iron;
         let b = (field + self.rng.normal3() * self.noise).map(|v| quantized(v, self.resolution));
         Mag { mag_x: b.x, mag_y: b.y, mag_z: b.z }
     }

@@ -1,9 +1,14 @@
 //! What the sensors make of the true motion.
 
 pub mod car;
+pub mod disk;
 pub mod imu;
 pub mod mag;
+pub mod magnetic;
 pub mod position;
+pub mod ring;
+pub mod satellites;
+pub mod suite;
 pub mod vibration;
 
 /// Round to a resolution; 0 leaves the value as it is.

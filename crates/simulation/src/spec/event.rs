@@ -1,0 +1,256 @@
+//! What happens on a drive beyond its road: faults of sensors, things on the road, manoeuvres.
+
+use drivescope_drive::channel::Record;
+use drivescope_drive::signals::{Baro, Gnss, Imu, Mag, Steering, Wheels};
+use serde::{Deserialize, Serialize};
+
+use super::error::{SpecError, expect, known, within};
+
+/// What kind of [`Fault`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FaultKind {
+    /// No satellites.
+    Outage,
+    /// Only satellites above 50 deg.
+    Canyon,
+    /// Reflections: the two lowest satellites are `size` m and 1.44 times as much too far; 18 without a size.
+    Multipath,
+    /// The receiver's clock jumps by `size` m at the start, for good; 299,792 (1 ms) without a size.
+    ClockJump,
+    /// Steel of a bridge: an extra magnetic field that grows and vanishes smoothly, peak `size` uT; 12 without a size.
+    Bridge,
+    /// A truck passes on the left, a dipole of `size` A m^2; 1500 without a size.
+    Truck,
+    /// A tunnel: no satellites, and reinforced concrete that distorts the field by the share `size`; 0.3 without one.
+    Tunnel,
+    /// The signal named reads `size` more.
+    Bias,
+    /// The signal named keeps its value.
+    Freeze,
+}
+
+/// Something wrong for a while.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fault {
+    /// What is wrong.
+    pub kind: FaultKind,
+    /// When it begins, s.
+    pub start: f64,
+    /// How long it lasts, s.
+    #[serde(default)]
+    pub duration: f64,
+    /// How strong it is; unit and default as the kind says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub size: Option<f64>,
+    /// The column that `bias` and `freeze` act on, as in `gyro_z`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub signal: Option<String>,
+}
+
+/// A hump across the road.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bump {
+    /// Where it begins along the road, m.
+    pub at: f64,
+    /// Its length, m.
+    pub length: f64,
+    /// Its height, m.
+    pub height: f64,
+}
+
+/// Which wheels a [`Grip`] is under.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// Both tracks.
+    #[default]
+    Both,
+    /// The left track.
+    Left,
+    /// The right track.
+    Right,
+}
+
+/// A slippery or a rough patch of road.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Grip {
+    /// Where it begins along the road, m.
+    pub at: f64,
+    /// Its length, m.
+    pub length: f64,
+    /// Its friction as a share of the dry road's.
+    pub share: f64,
+    /// The wheels it is under.
+    #[serde(default)]
+    pub side: Side,
+}
+
+/// A post on or beside the road; the car does not feel it, the ultrasonic ring sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Obstacle {
+    /// Where along the road, m.
+    pub at: f64,
+    /// How far right of the centre line, m.
+    #[serde(default)]
+    pub right: f64,
+    /// Radius, m.
+    pub radius: f64,
+}
+
+/// A smooth change of the line that the driver follows.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LaneChange {
+    /// Where it begins along the road, m.
+    pub at: f64,
+    /// Its length, m.
+    pub length: f64,
+    /// Offset from the centre line that it ends at, right positive, m.
+    pub to: f64,
+}
+
+/// What kind of [`Manoeuvre`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ManoeuvreKind {
+    /// Steer to `steer_deg` within `rise` s and hold it, at held speed (ISO 7401).
+    StepSteer,
+    /// One period of a sine of amplitude `steer_deg` with a hold of `dwell` s at its second peak (ISO 19365), rolling.
+    SineWithDwell,
+    /// Steer to `steer_deg` within `rise` s and hold it, rolling freely.
+    JTurn,
+    /// Brake straight on with `deceleration` to a stop.
+    Braking,
+    /// Closed loop: two lane changes after ISO 3888-1, sections stretched by `stretch`.
+    DoubleLaneChange,
+}
+
+/// A manoeuvre that begins at a place; but for the double lane change, the drive ends with it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manoeuvre {
+    /// Which one.
+    pub kind: ManoeuvreKind,
+    /// Where along the road it begins, m.
+    pub at: f64,
+    /// Angle of the road wheels, right positive, deg.
+    #[serde(default)]
+    pub steer_deg: f64,
+    /// How long the steering takes to its angle, s.
+    #[serde(default = "rise")]
+    pub rise: f64,
+    /// How long it lasts in all, s; the car is then brought to a stop.
+    #[serde(default = "lasting")]
+    pub duration: f64,
+    /// Frequency of the sine, Hz.
+    #[serde(default = "frequency")]
+    pub frequency: f64,
+    /// Hold at the sine's second peak, s.
+    #[serde(default = "dwell")]
+    pub dwell: f64,
+    /// Braking, m/s^2.
+    #[serde(default = "deceleration")]
+    pub deceleration: f64,
+    /// Factor on the lengths of the double lane change.
+    #[serde(default = "stretch")]
+    pub stretch: f64,
+}
+
+fn rise() -> f64 {
+    0.2
+}
+fn lasting() -> f64 {
+    5.0
+}
+fn frequency() -> f64 {
+    0.7
+}
+fn dwell() -> f64 {
+    0.5
+}
+fn deceleration() -> f64 {
+    5.0
+}
+fn stretch() -> f64 {
+    1.0
+}
+
+impl Fault {
+    /// Whether it acts at a time, s.
+    pub fn acts(&self, time: f64) -> bool {
+        time >= self.start && time < self.start + self.duration
+    }
+
+    pub(super) fn check(&self, path: &str) -> Result<(), SpecError> {
+        within(&format!("{path}.start"), self.start, 0.0, 1e6)?;
+        within(&format!("{path}.duration"), self.duration, 0.0, 1e6)?;
+        within(&format!("{path}.size"), self.size.unwrap_or(0.0), -1e7, 1e7)?;
+        let on_signal = matches!(self.kind, FaultKind::Bias | FaultKind::Freeze);
+        match &self.signal {
+            Some(signal) if on_signal => {
+                let columns =
+                    [Imu::COLUMNS, Mag::COLUMNS, Wheels::COLUMNS, Steering::COLUMNS, Gnss::COLUMNS, Baro::COLUMNS];
+                known(&format!("{path}.signal"), signal, columns.into_iter().flatten().map(|c| c.name))?;
+            }
+            signal => {
+                expect(signal.is_some() == on_signal, path, "`signal` goes with `bias` and `freeze`, and only there")?
+            }
+        }
+        expect(self.kind != FaultKind::Bias || self.size.is_some(), path, "a `bias` needs a `size`")
+    }
+}
+
+impl Bump {
+    pub(super) fn check(&self, path: &str) -> Result<(), SpecError> {
+        within(&format!("{path}.at"), self.at, 0.0, 1e6)?;
+        within(&format!("{path}.length"), self.length, 0.3, 20.0)?;
+        within(&format!("{path}.height"), self.height, -0.2, 0.2)
+    }
+}
+
+impl Grip {
+    pub(super) fn check(&self, path: &str) -> Result<(), SpecError> {
+        within(&format!("{path}.at"), self.at, 0.0, 1e6)?;
+        within(&format!("{path}.length"), self.length, 0.1, 1e6)?;
+        within(&format!("{path}.share"), self.share, 0.05, 1.5)
+    }
+}
+
+impl Obstacle {
+    pub(super) fn check(&self, path: &str) -> Result<(), SpecError> {
+        within(&format!("{path}.at"), self.at, 0.0, 1e6)?;
+        within(&format!("{path}.right"), self.right, -50.0, 50.0)?;
+        within(&format!("{path}.radius"), self.radius, 0.01, 10.0)
+    }
+}
+
+impl LaneChange {
+    pub(super) fn check(&self, path: &str) -> Result<(), SpecError> {
+        within(&format!("{path}.at"), self.at, 0.0, 1e6)?;
+        within(&format!("{path}.length"), self.length, 1.0, 1000.0)?;
+        within(&format!("{path}.to"), self.to, -5.0, 5.0)
+    }
+}
+
+impl Manoeuvre {
+    /// Whether driver and road leave each other.
+    pub fn is_open_loop(&self) -> bool {
+        self.kind != ManoeuvreKind::DoubleLaneChange
+    }
+
+    pub(super) fn check(&self, path: &str) -> Result<(), SpecError> {
+        within(&format!("{path}.at"), self.at, 0.0, 1e6)?;
+        within(&format!("{path}.steer_deg"), self.steer_deg, -30.0, 30.0)?;
+        within(&format!("{path}.rise"), self.rise, 0.02, 10.0)?;
+        within(&format!("{path}.duration"), self.duration, 0.1, 600.0)?;
+        within(&format!("{path}.frequency"), self.frequency, 0.1, 4.0)?;
+        within(&format!("{path}.dwell"), self.dwell, 0.0, 5.0)?;
+        within(&format!("{path}.deceleration"), self.deceleration, 0.5, 9.0)?;
+        within(&format!("{path}.stretch"), self.stretch, 0.5, 4.0)
+    }
+}
