@@ -12,7 +12,7 @@
 //! | [`driveline`], [`driver`], [`manoeuvre`] | engine, gears, brakes; who drives, and what they try out |
 //! | [`motion`], [`truth`], [`earth`] | the sensors' true motion and its columns |
 //! | [`grades`], [`sensors`] | what the sensors make of it |
-//! | [`run`] | the simulation that grows a drive |
+//! | [`run`], [`mod@sketch`] | the simulation that grows a drive, and a picture of it without |
 
 pub mod car;
 pub mod driveline;
@@ -29,10 +29,12 @@ pub mod road;
 pub mod roughness;
 pub mod run;
 pub mod sensors;
+pub mod sketch;
 pub mod spec;
 pub mod truth;
 pub mod tyre;
 
 pub use drives::{NamedDrive, drives, named};
 pub use run::{Simulation, fingerprint, simulate};
+pub use sketch::{Sketch, sketch};
 pub use spec::{DriveSpec, SpecError};

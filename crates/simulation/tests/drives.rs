@@ -264,3 +264,33 @@ fn the_first_minute_has_the_bits_it_had_and_has_in_wasm() {
     simulation.advance(60.0);
     assert_eq!(fingerprint(simulation.drive()), 13_991_659_097_675_530_127);
 }
+
+#[test]
+fn every_named_drive_is_driven_to_its_end_in_the_time_that_the_menu_says() {
+    // The motorway's hour has the same pieces six times over: its first minutes are enough here.
+    for entry in drives().iter().filter(|d| d.name != "motorway_hour") {
+        let spec = named(entry.name).unwrap();
+        let drive = simulate(&spec, None).unwrap_or_else(|e| panic!("{}: {e}", entry.name));
+        let (_, last) = drive.span().unwrap();
+        assert!(
+            (entry.duration_hint - last).abs() < 3.0,
+            "{}: {last} s, the menu says {}",
+            entry.name,
+            entry.duration_hint
+        );
+        for name in ["vx", "vy", "roll", "pitch", "gyro_z", "alt", "specific_force_x"] {
+            assert!(truth(&drive, name).iter().all(|v| v.is_finite()), "{}: {name}", entry.name);
+        }
+        // Nobody slides through a named drive, but for the one on ice.
+        let slid = truth(&drive, "vy").iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+        assert!(slid < 1.2, "{} slides at {slid} m/s", entry.name);
+    }
+}
+
+#[test]
+fn the_motorway_is_driven_fast_from_the_start() {
+    let mut simulation = Simulation::new(&named("motorway_hour").unwrap(), None).unwrap();
+    assert!(!simulation.advance(240.0) && simulation.failure().is_none());
+    let (_, fastest) = extremes(truth(simulation.drive(), "vx"));
+    assert!((33.0..37.0).contains(&fastest), "{fastest}");
+}

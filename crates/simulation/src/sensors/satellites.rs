@@ -191,7 +191,7 @@ impl Receiver {
         }
         let covariance = normal.try_inverse()?;
         let pdop = (covariance[(0, 0)] + covariance[(1, 1)] + covariance[(2, 2)]).sqrt();
-        if !(pdop < WORST_PDOP) {
+        if pdop.is_nan() || pdop > WORST_PDOP {
             return None;
         }
         let (error, shaken) = (covariance * range, covariance * rate);
