@@ -140,6 +140,17 @@ impl Car {
         }
     }
 
+    /// The car with shares of its air drag and rolling resistance, and of its tyres' relaxation lengths.
+    pub fn with_shares(mut self, resistance: f64, relaxation: f64) -> Self {
+        self.common.drag_area *= resistance;
+        self.common.rolling_resistance *= resistance;
+        for tyre in &mut self.tyre {
+            tyre.relaxation_ahead *= relaxation;
+            tyre.relaxation_aside *= relaxation;
+        }
+        self
+    }
+
     /// Distance between the axles, m.
     pub fn wheelbase(&self) -> f64 {
         self.params.cg_to_front + self.params.cg_to_rear

@@ -64,7 +64,8 @@ impl Simulation {
         let origin = daejeon();
         let gravity = Local::at(&origin).gravity;
         let road = Road::new(spec);
-        let mut plant = Plant::new(Car::new(&spec.car, params.clone(), gravity), &road, 0.0, gravity);
+        let car = Car::new(&spec.car, params.clone(), gravity).with_shares(spec.resistance, spec.relaxation);
+        let mut plant = Plant::new(car, &road, 0.0, gravity);
         let driver = Driver::new(spec, &road);
         let mut line = Driveline::default();
         if spec.start_speed_kmh > 0.0 {

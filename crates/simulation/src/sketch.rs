@@ -33,6 +33,7 @@ pub fn sketch(spec: &DriveSpec) -> Sketch {
             squares.push((s, fastest(spec, segment)));
         }
         if segment.stop.is_some() || index + 1 == spec.segments.len() {
+            squares.pop();
             squares.push((s, 0.0));
         }
     }

@@ -2,6 +2,7 @@
 
 mod error;
 mod event;
+mod options;
 
 use std::collections::BTreeMap;
 
@@ -12,6 +13,7 @@ use serde::{Deserialize, Serialize};
 pub use error::SpecError;
 use error::{expect, known, within};
 pub use event::{Bump, Fault, FaultKind, Grip, LaneChange, Manoeuvre, ManoeuvreKind, Obstacle, Side};
+pub use options::{Cluster, Iron, Limits, Parts};
 
 use crate::roughness::Class;
 
@@ -60,6 +62,12 @@ pub struct DriveSpec {
     /// Parameters that differ from the car's, by symbol or name as in `VehicleParams`.
     #[serde(default)]
     pub car_changes: BTreeMap<String, f64>,
+    /// Air drag and rolling resistance as a share of the car's.
+    #[serde(default = "whole")]
+    pub resistance: f64,
+    /// Relaxation lengths of the tyres as a share of the car's.
+    #[serde(default = "whole")]
+    pub relaxation: f64,
     /// How the driver drives.
     #[serde(default)]
     pub driver: Limits,
@@ -96,65 +104,6 @@ pub struct DriveSpec {
     /// A manoeuvre.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub manoeuvre: Option<Manoeuvre>,
-}
-
-/// How hard the driver drives, m/s^2 and m/s^3.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Limits {
-    /// Largest lateral acceleration in curves.
-    pub cornering: f64,
-    /// Acceleration at low speed; the engine's power limits it further.
-    pub acceleration: f64,
-    /// Deceleration towards slower places and stops.
-    pub braking: f64,
-    /// Change of acceleration.
-    pub jerk: f64,
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self { cornering: 2.6, acceleration: 1.7, braking: 1.5, jerk: 2.2 }
-    }
-}
-
-/// Grades of single sensors, by name; those of `sensors` without.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Parts {
-    /// Inertial sensor.
-    pub imu: Option<String>,
-    /// Magnetometer.
-    pub mag: Option<String>,
-    /// Wheels and steering.
-    pub wheels: Option<String>,
-    /// Receiver and barometer.
-    pub gnss: Option<String>,
-}
-
-/// Which inertial sensors the car carries.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Cluster {
-    /// Three accelerometers and three gyros.
-    #[default]
-    Full,
-    /// What stability control has: forward and lateral acceleration and the yaw rate.
-    Esc,
-    /// The disk of six accelerometers and the yaw gyro.
-    Disk,
-}
-
-/// The car's own magnetism at the magnetometer.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Iron {
-    /// Offset fixed to the car, body axes, uT.
-    #[serde(default)]
-    pub hard: [f64; 3],
-    /// Distortion, row by row.
-    #[serde(default = "undistorted")]
-    pub soft: [[f64; 3]; 3],
 }
 
 /// A piece of road with constant curvature, grade and bank, and how it is driven.
@@ -208,11 +157,11 @@ fn default_sensors() -> String {
 fn default_blend() -> f64 {
     40.0
 }
+fn whole() -> f64 {
+    1.0
+}
 fn once() -> usize {
     1
-}
-fn undistorted() -> [[f64; 3]; 3] {
-    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
 }
 
 /// Smallest radius of a turn, m: a saloon's turning circle has about 11 m diameter.
@@ -285,6 +234,8 @@ impl DriveSpec {
             let values = iron.hard.iter().chain(iron.soft.iter().flatten());
             values.into_iter().try_for_each(|value| within("iron", *value, -200.0, 200.0))?;
         }
+        within("resistance", self.resistance, 0.0, 2.0)?;
+        within("relaxation", self.relaxation, 0.2, 2.0)?;
         self.vehicle().map(|_| ())
     }
 
@@ -334,15 +285,6 @@ impl DriveSpec {
 /// Check every entry of a list under its path.
 fn all<T>(path: &str, list: &[T], check: impl Fn(&T, &str) -> Result<(), SpecError>) -> Result<(), SpecError> {
     list.iter().enumerate().try_for_each(|(index, entry)| check(entry, &format!("{path}[{index}]")))
-}
-
-impl Limits {
-    fn check(&self) -> Result<(), SpecError> {
-        within("driver.cornering", self.cornering, 0.3, 8.0)?;
-        within("driver.acceleration", self.acceleration, 0.05, 4.0)?;
-        within("driver.braking", self.braking, 0.05, 8.0)?;
-        within("driver.jerk", self.jerk, 0.1, 50.0)
-    }
 }
 
 impl Segment {
