@@ -124,7 +124,7 @@ impl Car {
         let tyres = [tyre(p.front_cornering, p.friction, rest[0]), tyre(p.rear_cornering, p.friction, rest[1])];
         Self {
             common: COMMON,
-            driven: if preset == "bmw_320i" { Driven::Rear } else { Driven::Front },
+            driven: if matches!(preset, "bmw_320i" | "vw_vanagon") { Driven::Rear } else { Driven::Front },
             mass: p.mass,
             inertia: Vector3::new(about_cg(p.roll_inertia), about_cg(p.pitch_inertia), p.yaw_inertia),
             ground_points: [(front, -half_track), (front, half_track), (-rear, -half_track), (-rear, half_track)]
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn springs_and_bars_add_up_to_the_shared_stiffnesses() {
-        for preset in ["bmw_320i", "saloon"] {
+        for preset in ["bmw_320i", "ford_escort", "saloon", "vw_vanagon"] {
             let p = VehicleParams::preset(preset).unwrap();
             let car = Car::new(preset, p.clone(), 9.8);
             let pitch: f64 = (0..4).map(|i| car.spring[i] * car.ground_points[i].x.powi(2)).sum();

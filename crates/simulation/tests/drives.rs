@@ -222,7 +222,7 @@ fn any_road_inside_the_ranges_is_driven_without_leaving_it_or_losing_a_number() 
     let mut between = |low: f64, high: f64| low + (high - low) * rng.uniform();
     for case in 0..25 {
         let mut spec = DriveSpec { segments: Vec::new(), stand_at_start: 1.0, ..named("city_hills").unwrap() };
-        spec.car = ["saloon", "bmw_320i", "kim_2014"][case % 3].into();
+        spec.car = ["saloon", "bmw_320i", "kim_2014", "ford_escort", "vw_vanagon"][case % 5].into();
         for piece in 0..6 {
             let length = between(15.0, 150.0);
             let tightest = (length / 9.0).to_degrees().min(150.0);

@@ -84,3 +84,24 @@ impl ImuSensor {
         Imu { accel_x: f.x, accel_y: f.y, accel_z: f.z, gyro_x: w.x, gyro_y: w.y, gyro_z: w.z }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grades::Grade;
+
+    #[test]
+    fn readings_stop_at_the_range_and_axes_lean_by_the_misalignment() {
+        let ideal = Grade::named("ideal").unwrap().imu;
+        let rest = Inertial { force: Vector3::new(0.0, 0.0, -9.8), rate: Vector3::zeros(), forward_acceleration: 0.0 };
+        let limited = ImuGrade { range: [5.0, 1.0], ..ideal };
+        let reading = ImuSensor::new(&limited, 0.01, 1).next(&rest, 0.0, 80.0);
+        assert_eq!((reading.accel_x, reading.accel_z), (0.0, -5.0));
+        let leaning = ImuGrade { misalignment: 0.01, ..ideal };
+        let squares: f64 = (0..2000)
+            .map(|seed| ImuSensor::new(&leaning, 0.01, seed).next(&rest, 0.0, 80.0).accel_x.powi(2) / 2000.0)
+            .sum();
+        // 2,000 draws know a spread to 1.6 %; four of them.
+        assert!((squares.sqrt() / 0.098 - 1.0).abs() < 0.065, "{}", squares.sqrt());
+    }
+}

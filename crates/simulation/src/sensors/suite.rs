@@ -231,3 +231,17 @@ fn present(cluster: Cluster, imu: Imu) -> Imu {
         Cluster::Disk => Imu { gyro_z: imu.gyro_z, ..Imu::default() },
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_delayed_value_comes_out_as_late_as_declared() {
+        let mut delay = Delay::new(0.02, 0.01);
+        let out: Vec<i32> = (0..6).map(|k| delay.pass(k)).collect();
+        assert_eq!(out, [0, 0, 0, 1, 2, 3]);
+        let mut none = Delay::new(0.0, 0.01);
+        assert_eq!((none.pass(7), none.pass(8)), (7, 8));
+    }
+}
