@@ -29,7 +29,14 @@ impl Line {
             list.push(change(m.at + entry, out, -SIDE_LANE));
             list.push(change(m.at + entry + out + side, back, 0.0));
         }
-        list.sort_by(|a, b| a.at.total_cmp(&b.at));
+        // A handful of entries: the library's sort would be as large as this file.
+        for end in (1..list.len()).rev() {
+            for k in 0..end {
+                if list[k].at > list[k + 1].at {
+                    list.swap(k, k + 1);
+                }
+            }
+        }
         let mut before = 0.0;
         let changes = list.iter().map(|c| (c.at, c.length, c.to - std::mem::replace(&mut before, c.to))).collect();
         Self { changes }

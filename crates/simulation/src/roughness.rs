@@ -1,12 +1,12 @@
 //! Roughness of the road under the left and the right wheels: random profiles of the classes of ISO 8608.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::math::smooth_step;
 use crate::rng::Rng;
 
 /// Classes of ISO 8608, by the geometric mean of the displacement spectrum at 0.1 cycles/m.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Class {
     /// Very good: new motorway, 16e-6 m^3.
     A,

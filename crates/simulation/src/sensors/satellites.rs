@@ -166,15 +166,21 @@ impl Receiver {
 
     /// Lengthen the ranges of the two lowest satellites while there are reflections.
     fn reflect(&self, time: f64, view: &mut [InView]) {
-        view.sort_by(|a, b| b.direction.z.total_cmp(&a.direction.z));
+        let lowest = |but: Option<usize>| {
+            let others = (0..view.len()).filter(|k| Some(*k) != but);
+            others.reduce(|a, b| if view[b].direction.z > view[a].direction.z { b } else { a })
+        };
+        let first = lowest(None);
+        let second = lowest(first);
         for fault in self.faults.iter().filter(|f| f.kind == FaultKind::Multipath && f.acts(time)) {
             let size = fault.size.unwrap_or(18.0);
-            for (seen, factor) in view.iter_mut().zip([1.0, 26.0 / 18.0]) {
-                seen.row.pr += size * factor;
-                seen.error[0] += size * factor;
+            for (index, factor) in [(first, 1.0), (second, 26.0 / 18.0)] {
+                if let Some(seen) = index.and_then(|k| view.get_mut(k)) {
+                    seen.row.pr += size * factor;
+                    seen.error[0] += size * factor;
+                }
             }
         }
-        view.sort_by(|a, b| a.row.prn.total_cmp(&b.row.prn));
     }
 
     /// Least squares over the satellites in view; `None` when they are too few or badly placed.

@@ -77,11 +77,19 @@ pub enum SpecError {
 }
 
 /// Refuse a value outside `min..=max`; NaN is inside no range.
+#[inline(never)]
 pub(crate) fn within(path: &str, value: f64, min: f64, max: f64) -> Result<(), SpecError> {
     if (min..=max).contains(&value) {
         return Ok(());
     }
     Err(SpecError::OutOfRange { path: path.into(), value, min, max })
+}
+
+/// Refuse the first of the fields of `path` (name, value, smallest, largest) that is out of its range.
+#[inline(never)]
+pub(crate) fn ranges(path: &str, fields: &[(&str, f64, f64, f64)]) -> Result<(), SpecError> {
+    let outside = fields.iter().find(|(_, value, min, max)| !(*min..=*max).contains(value));
+    outside.map_or(Ok(()), |&(name, value, min, max)| within(&[path, ".", name].concat(), value, min, max))
 }
 
 /// Refuse a name that is not among `names`.
@@ -94,6 +102,7 @@ pub(crate) fn known<'a>(path: &str, value: &str, names: impl Iterator<Item = &'a
 }
 
 /// Refuse a drive in which `holds` is false.
+#[inline(never)]
 pub(crate) fn expect(holds: bool, path: &str, expected: &str) -> Result<(), SpecError> {
     if holds { Ok(()) } else { Err(SpecError::Conflict { path: path.into(), expected: expected.into() }) }
 }

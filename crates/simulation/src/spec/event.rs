@@ -2,12 +2,13 @@
 
 use drivescope_drive::channel::Record;
 use drivescope_drive::signals::{Baro, Gnss, Imu, Mag, Steering, Wheels};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use super::error::{SpecError, expect, known, within};
+use super::error::{SpecError, expect, known, ranges};
+use super::read::{nameable, readable};
 
 /// What kind of [`Fault`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
     /// No satellites.
@@ -31,27 +32,24 @@ pub enum FaultKind {
 }
 
 /// Something wrong for a while.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fault {
     /// What is wrong.
     pub kind: FaultKind,
     /// When it begins, s.
     pub start: f64,
     /// How long it lasts, s.
-    #[serde(default)]
     pub duration: f64,
     /// How strong it is; unit and default as the kind says.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<f64>,
     /// The column that `bias` and `freeze` act on, as in `gyro_z`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub signal: Option<String>,
 }
 
 /// A hump across the road.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Bump {
     /// Where it begins along the road, m.
     pub at: f64,
@@ -62,7 +60,7 @@ pub struct Bump {
 }
 
 /// Which wheels a [`Grip`] is under.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Side {
     /// Both tracks.
@@ -75,8 +73,7 @@ pub enum Side {
 }
 
 /// A slippery or a rough patch of road.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Grip {
     /// Where it begins along the road, m.
     pub at: f64,
@@ -85,26 +82,22 @@ pub struct Grip {
     /// Its friction as a share of the dry road's.
     pub share: f64,
     /// The wheels it is under.
-    #[serde(default)]
     pub side: Side,
 }
 
 /// A post on or beside the road; the car does not feel it, the ultrasonic ring sees it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Obstacle {
     /// Where along the road, m.
     pub at: f64,
     /// How far right of the centre line, m.
-    #[serde(default)]
     pub right: f64,
     /// Radius, m.
     pub radius: f64,
 }
 
 /// A smooth change of the line that the driver follows.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LaneChange {
     /// Where it begins along the road, m.
     pub at: f64,
@@ -115,7 +108,7 @@ pub struct LaneChange {
 }
 
 /// What kind of [`Manoeuvre`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ManoeuvreKind {
     /// Steer to `steer_deg` within `rise` s and hold it, at held speed (ISO 7401).
@@ -131,54 +124,78 @@ pub enum ManoeuvreKind {
 }
 
 /// A manoeuvre that begins at a place; but for the double lane change, the drive ends with it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Manoeuvre {
     /// Which one.
     pub kind: ManoeuvreKind,
     /// Where along the road it begins, m.
     pub at: f64,
     /// Angle of the road wheels, right positive, deg.
-    #[serde(default)]
     pub steer_deg: f64,
     /// How long the steering takes to its angle, s.
-    #[serde(default = "rise")]
     pub rise: f64,
     /// How long it lasts in all, s; the car is then brought to a stop.
-    #[serde(default = "lasting")]
     pub duration: f64,
     /// Frequency of the sine, Hz.
-    #[serde(default = "frequency")]
     pub frequency: f64,
     /// Hold at the sine's second peak, s.
-    #[serde(default = "dwell")]
     pub dwell: f64,
     /// Braking, m/s^2.
-    #[serde(default = "deceleration")]
     pub deceleration: f64,
     /// Factor on the lengths of the double lane change.
-    #[serde(default = "stretch")]
     pub stretch: f64,
 }
 
-fn rise() -> f64 {
-    0.2
-}
-fn lasting() -> f64 {
-    5.0
-}
-fn frequency() -> f64 {
-    0.7
-}
-fn dwell() -> f64 {
-    0.5
-}
-fn deceleration() -> f64 {
-    5.0
-}
-fn stretch() -> f64 {
-    1.0
-}
+nameable!(FaultKind, [
+    "outage" => FaultKind::Outage,
+    "canyon" => FaultKind::Canyon,
+    "multipath" => FaultKind::Multipath,
+    "clock_jump" => FaultKind::ClockJump,
+    "bridge" => FaultKind::Bridge,
+    "truck" => FaultKind::Truck,
+    "tunnel" => FaultKind::Tunnel,
+    "bias" => FaultKind::Bias,
+    "freeze" => FaultKind::Freeze,
+]);
+nameable!(Side, ["both" => Side::Both, "left" => Side::Left, "right" => Side::Right]);
+nameable!(ManoeuvreKind, [
+    "step_steer" => ManoeuvreKind::StepSteer,
+    "sine_with_dwell" => ManoeuvreKind::SineWithDwell,
+    "j_turn" => ManoeuvreKind::JTurn,
+    "braking" => ManoeuvreKind::Braking,
+    "double_lane_change" => ManoeuvreKind::DoubleLaneChange,
+]);
+readable!(
+    Fault,
+    Fault { kind: FaultKind::Outage, start: 0.0, duration: 0.0, size: None, signal: None },
+    [kind, start, duration, size, signal],
+    ["kind", "start"]
+);
+readable!(Bump, Bump { at: 0.0, length: 0.0, height: 0.0 }, [at, length, height], ["at", "length", "height"]);
+readable!(
+    Grip,
+    Grip { at: 0.0, length: 0.0, share: 0.0, side: Side::Both },
+    [at, length, share, side],
+    ["at", "length", "share"]
+);
+readable!(Obstacle, Obstacle { at: 0.0, right: 0.0, radius: 0.0 }, [at, right, radius], ["at", "radius"]);
+readable!(LaneChange, LaneChange { at: 0.0, length: 0.0, to: 0.0 }, [at, length, to], ["at", "length", "to"]);
+readable!(
+    Manoeuvre,
+    Manoeuvre {
+        kind: ManoeuvreKind::StepSteer,
+        at: 0.0,
+        steer_deg: 0.0,
+        rise: 0.2,
+        duration: 5.0,
+        frequency: 0.7,
+        dwell: 0.5,
+        deceleration: 5.0,
+        stretch: 1.0,
+    },
+    [kind, at, steer_deg, rise, duration, frequency, dwell, deceleration, stretch],
+    ["kind", "at"]
+);
 
 impl Fault {
     /// Whether it acts at a time, s.
@@ -187,9 +204,14 @@ impl Fault {
     }
 
     pub(super) fn check(&self, path: &str) -> Result<(), SpecError> {
-        within(&format!("{path}.start"), self.start, 0.0, 1e6)?;
-        within(&format!("{path}.duration"), self.duration, 0.0, 1e6)?;
-        within(&format!("{path}.size"), self.size.unwrap_or(0.0), -1e7, 1e7)?;
+        ranges(
+            path,
+            &[
+                ("start", self.start, 0.0, 1e6),
+                ("duration", self.duration, 0.0, 1e6),
+                ("size", self.size.unwrap_or(0.0), -1e7, 1e7),
+            ],
+        )?;
         let on_signal = matches!(self.kind, FaultKind::Bias | FaultKind::Freeze);
         match &self.signal {
             Some(signal) if on_signal => {
@@ -207,33 +229,31 @@ impl Fault {
 
 impl Bump {
     pub(super) fn check(&self, path: &str) -> Result<(), SpecError> {
-        within(&format!("{path}.at"), self.at, 0.0, 1e6)?;
-        within(&format!("{path}.length"), self.length, 0.3, 20.0)?;
-        within(&format!("{path}.height"), self.height, -0.2, 0.2)
+        ranges(
+            path,
+            &[("at", self.at, 0.0, 1e6), ("length", self.length, 0.3, 20.0), ("height", self.height, -0.2, 0.2)],
+        )
     }
 }
 
 impl Grip {
     pub(super) fn check(&self, path: &str) -> Result<(), SpecError> {
-        within(&format!("{path}.at"), self.at, 0.0, 1e6)?;
-        within(&format!("{path}.length"), self.length, 0.1, 1e6)?;
-        within(&format!("{path}.share"), self.share, 0.05, 1.5)
+        ranges(path, &[("at", self.at, 0.0, 1e6), ("length", self.length, 0.1, 1e6), ("share", self.share, 0.05, 1.5)])
     }
 }
 
 impl Obstacle {
     pub(super) fn check(&self, path: &str) -> Result<(), SpecError> {
-        within(&format!("{path}.at"), self.at, 0.0, 1e6)?;
-        within(&format!("{path}.right"), self.right, -50.0, 50.0)?;
-        within(&format!("{path}.radius"), self.radius, 0.01, 10.0)
+        ranges(
+            path,
+            &[("at", self.at, 0.0, 1e6), ("right", self.right, -50.0, 50.0), ("radius", self.radius, 0.01, 10.0)],
+        )
     }
 }
 
 impl LaneChange {
     pub(super) fn check(&self, path: &str) -> Result<(), SpecError> {
-        within(&format!("{path}.at"), self.at, 0.0, 1e6)?;
-        within(&format!("{path}.length"), self.length, 1.0, 1000.0)?;
-        within(&format!("{path}.to"), self.to, -5.0, 5.0)
+        ranges(path, &[("at", self.at, 0.0, 1e6), ("length", self.length, 1.0, 1000.0), ("to", self.to, -5.0, 5.0)])
     }
 }
 
@@ -244,13 +264,18 @@ impl Manoeuvre {
     }
 
     pub(super) fn check(&self, path: &str) -> Result<(), SpecError> {
-        within(&format!("{path}.at"), self.at, 0.0, 1e6)?;
-        within(&format!("{path}.steer_deg"), self.steer_deg, -30.0, 30.0)?;
-        within(&format!("{path}.rise"), self.rise, 0.02, 10.0)?;
-        within(&format!("{path}.duration"), self.duration, 0.1, 600.0)?;
-        within(&format!("{path}.frequency"), self.frequency, 0.1, 4.0)?;
-        within(&format!("{path}.dwell"), self.dwell, 0.0, 5.0)?;
-        within(&format!("{path}.deceleration"), self.deceleration, 0.5, 9.0)?;
-        within(&format!("{path}.stretch"), self.stretch, 0.5, 4.0)
+        ranges(
+            path,
+            &[
+                ("at", self.at, 0.0, 1e6),
+                ("steer_deg", self.steer_deg, -30.0, 30.0),
+                ("rise", self.rise, 0.02, 10.0),
+                ("duration", self.duration, 0.1, 600.0),
+                ("frequency", self.frequency, 0.1, 4.0),
+                ("dwell", self.dwell, 0.0, 5.0),
+                ("deceleration", self.deceleration, 0.5, 9.0),
+                ("stretch", self.stretch, 0.5, 4.0),
+            ],
+        )
     }
 }

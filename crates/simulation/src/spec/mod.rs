@@ -3,144 +3,115 @@
 mod error;
 mod event;
 mod options;
-
-use std::collections::BTreeMap;
+mod read;
 
 use drivescope_drive::param::Params;
 use drivescope_drive::vehicle::VehicleParams;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 pub use error::SpecError;
-use error::{expect, known, within};
+use error::{expect, known, ranges, within};
 pub use event::{Bump, Fault, FaultKind, Grip, LaneChange, Manoeuvre, ManoeuvreKind, Obstacle, Side};
-pub use options::{Cluster, Iron, Limits, Parts};
+pub use options::{Changes, Cluster, Iron, Limits, Parts};
+
+use read::{Read, readable};
 
 use crate::roughness::Class;
 
 /// A drive to be simulated. Fields carry their units in their names; lengths are metres, durations seconds.
 ///
 /// Read from JSON by [`DriveSpec::from_json`]; unknown fields are refused.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DriveSpec {
     /// Name for files and menus.
     pub name: String,
     /// One line for people.
     pub description: String,
     /// Car: a name of `drive::vehicle::PRESETS`.
-    #[serde(default = "default_car")]
     pub car: String,
     /// Sensor grade: a name of [`GRADES`](crate::grades::GRADES).
-    #[serde(default = "default_sensors")]
     pub sensors: String,
     /// Seed of all noise where the caller gives none.
-    #[serde(default)]
     pub seed: u64,
     /// Heading at the start, clockwise from true north.
-    #[serde(default)]
     pub heading_deg: f64,
     /// How long the car stands before it sets off.
-    #[serde(default)]
     pub stand_at_start: f64,
     /// Class of the road's roughness after ISO 8608; without it the road is smooth.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub roughness: Option<Class>,
     /// The road, piece by piece.
     pub segments: Vec<Segment>,
     /// When there is no satellite fix.
-    #[serde(default)]
     pub gnss_outages: Vec<Outage>,
     /// Where the sensors sit: ahead, right and below of the centre of gravity, m.
-    #[serde(default)]
     pub lever_arm: [f64; 3],
     /// How often the road's pieces follow one another.
-    #[serde(default = "once")]
     pub repeat: usize,
     /// Speed at the start; the car sets off from standstill without it.
-    #[serde(default)]
     pub start_speed_kmh: f64,
     /// Parameters that differ from the car's, by symbol or name as in `VehicleParams`.
-    #[serde(default)]
-    pub car_changes: BTreeMap<String, f64>,
+    pub car_changes: Changes,
     /// Air drag and rolling resistance as a share of the car's.
-    #[serde(default = "whole")]
     pub resistance: f64,
     /// Relaxation lengths of the tyres as a share of the car's.
-    #[serde(default = "whole")]
     pub relaxation: f64,
     /// How the driver drives.
-    #[serde(default)]
     pub driver: Limits,
     /// Sensors of other grades than `sensors`.
-    #[serde(default)]
     pub parts: Parts,
     /// Which inertial sensors there are.
-    #[serde(default)]
     pub cluster: Cluster,
     /// The car's own magnetism, in place of the grade's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub iron: Option<Iron>,
     /// Whether fixes come from single satellites, whose ranges are kept as raw rows; some faults need it and switch it on.
-    #[serde(default)]
     pub satellites: bool,
     /// Whether the car carries the ultrasonic ring.
-    #[serde(default)]
     pub ring: bool,
     /// What goes wrong.
-    #[serde(default)]
     pub faults: Vec<Fault>,
     /// Humps across the road.
-    #[serde(default)]
     pub bumps: Vec<Bump>,
     /// Slippery patches.
-    #[serde(default)]
     pub grip: Vec<Grip>,
     /// Posts on and beside the road.
-    #[serde(default)]
     pub obstacles: Vec<Obstacle>,
     /// Where the driver leaves the centre line.
-    #[serde(default)]
     pub lane_changes: Vec<LaneChange>,
     /// A manoeuvre.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub manoeuvre: Option<Manoeuvre>,
 }
 
 /// A piece of road with constant curvature, grade and bank, and how it is driven.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Segment {
     /// Length along the road, m; `duration` can stand in its place.
-    #[serde(default)]
     pub length: f64,
     /// How long the piece takes at its speed, s; [`DriveSpec::from_json`] turns it into the length.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub duration: Option<f64>,
     /// Speed that the driver aims at; curves may call for less.
     pub speed_kmh: f64,
     /// Change of heading over the whole piece, right positive.
-    #[serde(default)]
     pub turn_deg: f64,
     /// Grade, uphill positive.
-    #[serde(default)]
     pub grade_percent: f64,
     /// Bank, right side down positive.
-    #[serde(default)]
     pub bank_deg: f64,
     /// Length over which curvature, grade and bank change from the piece before, m; never longer than either piece.
-    #[serde(default = "default_blend")]
     pub blend: f64,
     /// How long the car stands at the end of the piece; without it the car drives on.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub stop: Option<f64>,
     /// The driver's acceleration in this piece, m/s^2, where it is not the drive's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub acceleration: Option<f64>,
 }
 
 /// A time without satellite fixes.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Outage {
     /// First instant without a fix, s.
     pub start: f64,
@@ -148,21 +119,101 @@ pub struct Outage {
     pub duration: f64,
 }
 
-fn default_car() -> String {
-    "saloon".into()
+impl Default for DriveSpec {
+    /// The defaults of all fields that a drive's file may leave out.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            description: String::new(),
+            car: "saloon".into(),
+            sensors: "automotive".into(),
+            seed: 0,
+            heading_deg: 0.0,
+            stand_at_start: 0.0,
+            roughness: None,
+            segments: Vec::new(),
+            gnss_outages: Vec::new(),
+            lever_arm: [0.0; 3],
+            repeat: 1,
+            start_speed_kmh: 0.0,
+            car_changes: Changes::default(),
+            resistance: 1.0,
+            relaxation: 1.0,
+            driver: Limits::default(),
+            parts: Parts::default(),
+            cluster: Cluster::Full,
+            iron: None,
+            satellites: false,
+            ring: false,
+            faults: Vec::new(),
+            bumps: Vec::new(),
+            grip: Vec::new(),
+            obstacles: Vec::new(),
+            lane_changes: Vec::new(),
+            manoeuvre: None,
+        }
+    }
 }
-fn default_sensors() -> String {
-    "automotive".into()
+
+impl Default for Segment {
+    /// A piece of no length: level, straight, blended over 40 m.
+    fn default() -> Self {
+        Self {
+            length: 0.0,
+            duration: None,
+            speed_kmh: 0.0,
+            turn_deg: 0.0,
+            grade_percent: 0.0,
+            bank_deg: 0.0,
+            blend: 40.0,
+            stop: None,
+            acceleration: None,
+        }
+    }
 }
-fn default_blend() -> f64 {
-    40.0
-}
-fn whole() -> f64 {
-    1.0
-}
-fn once() -> usize {
-    1
-}
+
+readable!(
+    DriveSpec,
+    DriveSpec::default(),
+    [
+        name,
+        description,
+        car,
+        sensors,
+        seed,
+        heading_deg,
+        stand_at_start,
+        roughness,
+        segments,
+        gnss_outages,
+        lever_arm,
+        repeat,
+        start_speed_kmh,
+        car_changes,
+        resistance,
+        relaxation,
+        driver,
+        parts,
+        cluster,
+        iron,
+        satellites,
+        ring,
+        faults,
+        bumps,
+        grip,
+        obstacles,
+        lane_changes,
+        manoeuvre
+    ],
+    ["name", "description", "segments"]
+);
+readable!(
+    Segment,
+    Segment::default(),
+    [length, duration, speed_kmh, turn_deg, grade_percent, bank_deg, blend, stop, acceleration],
+    ["speed_kmh"]
+);
+readable!(Outage, Outage { start: 0.0, duration: 0.0 }, [start, duration], ["start", "duration"]);
 
 /// Smallest radius of a turn, m: a saloon's turning circle has about 11 m diameter.
 pub const SMALLEST_RADIUS: f64 = 7.0;
@@ -176,7 +227,8 @@ impl DriveSpec {
     /// # Errors
     /// [`SpecError`] with the path and the value of what is wrong first.
     pub fn from_json(text: &str) -> Result<Self, SpecError> {
-        let mut spec: Self = serde_json::from_str(text).map_err(|e| SpecError::Json(e.to_string()))?;
+        let value: serde_json::Value = serde_json::from_str(text).map_err(|e| SpecError::Json(e.to_string()))?;
+        let mut spec = Self::read(&value)?;
         for (index, segment) in spec.segments.iter_mut().enumerate() {
             let Some(duration) = segment.duration.take() else { continue };
             let path = format!("segments[{index}]");
@@ -208,8 +260,7 @@ impl DriveSpec {
         all("segments", &self.segments, Segment::check)?;
         within("duration without delays, s", self.shortest_duration(), 0.0, LONGEST_DRIVE)?;
         all("gnss_outages", &self.gnss_outages, |outage, path| {
-            within(&format!("{path}.start"), outage.start, 0.0, 1e6)?;
-            within(&format!("{path}.duration"), outage.duration, 0.0, 1e6)
+            ranges(path, &[("start", outage.start, 0.0, 1e6), ("duration", outage.duration, 0.0, 1e6)])
         })?;
         all("faults", &self.faults, Fault::check)?;
         all("bumps", &self.bumps, Bump::check)?;
@@ -248,7 +299,7 @@ impl DriveSpec {
             path: "car".into(),
             expected: format!("a known car instead of \"{}\"", self.car),
         })?;
-        for (symbol, value) in &self.car_changes {
+        for (symbol, value) in &self.car_changes.0 {
             car.set(symbol, &serde_json::json!(value))
                 .map_err(|e| SpecError::Conflict { path: format!("car_changes.{symbol}"), expected: e.to_string() })?;
         }
@@ -289,14 +340,19 @@ fn all<T>(path: &str, list: &[T], check: impl Fn(&T, &str) -> Result<(), SpecErr
 
 impl Segment {
     fn check(&self, path: &str) -> Result<(), SpecError> {
-        within(&format!("{path}.length"), self.length, 1.0, 100_000.0)?;
-        within(&format!("{path}.speed_kmh"), self.speed_kmh, 2.0, 200.0)?;
-        within(&format!("{path}.turn_deg"), self.turn_deg, -3600.0, 3600.0)?;
-        within(&format!("{path}.grade_percent"), self.grade_percent, -30.0, 30.0)?;
-        within(&format!("{path}.bank_deg"), self.bank_deg, -25.0, 25.0)?;
-        within(&format!("{path}.blend"), self.blend, 1.0, 1000.0)?;
-        within(&format!("{path}.stop"), self.stop.unwrap_or(0.0), 0.0, 3600.0)?;
-        within(&format!("{path}.acceleration"), self.acceleration.unwrap_or(1.0), 0.05, 4.0)?;
+        ranges(
+            path,
+            &[
+                ("length", self.length, 1.0, 100_000.0),
+                ("speed_kmh", self.speed_kmh, 2.0, 200.0),
+                ("turn_deg", self.turn_deg, -3600.0, 3600.0),
+                ("grade_percent", self.grade_percent, -30.0, 30.0),
+                ("bank_deg", self.bank_deg, -25.0, 25.0),
+                ("blend", self.blend, 1.0, 1000.0),
+                ("stop", self.stop.unwrap_or(0.0), 0.0, 3600.0),
+                ("acceleration", self.acceleration.unwrap_or(1.0), 0.05, 4.0),
+            ],
+        )?;
         let radius = 1.0 / self.curvature().abs();
         if radius < SMALLEST_RADIUS {
             let (turn_deg, length) = (self.turn_deg, self.length);

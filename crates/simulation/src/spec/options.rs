@@ -1,12 +1,13 @@
 //! How a drive is driven, and which sensors the car carries.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::error::{SpecError, within};
+use super::read::{nameable, readable};
+use crate::roughness::Class;
 
 /// How hard the driver drives, m/s^2 and m/s^3.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Limits {
     /// Largest lateral acceleration in curves.
     pub cornering: f64,
@@ -24,9 +25,12 @@ impl Default for Limits {
     }
 }
 
+/// Parameters of a car that differ from the named one's: symbol or name, and value.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Changes(pub Vec<(String, f64)>);
+
 /// Grades of single sensors, by name; those of `sensors` without.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Parts {
     /// Inertial sensor.
     pub imu: Option<String>,
@@ -39,7 +43,7 @@ pub struct Parts {
 }
 
 /// Which inertial sensors the car carries.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cluster {
     /// Three accelerometers and three gyros.
@@ -52,20 +56,21 @@ pub enum Cluster {
 }
 
 /// The car's own magnetism at the magnetometer.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Iron {
     /// Offset fixed to the car, body axes, uT.
-    #[serde(default)]
     pub hard: [f64; 3],
     /// Distortion, row by row.
-    #[serde(default = "undistorted")]
     pub soft: [[f64; 3]; 3],
 }
 
-fn undistorted() -> [[f64; 3]; 3] {
-    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-}
+const UNDISTORTED: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+
+nameable!(Cluster, ["full" => Cluster::Full, "esc" => Cluster::Esc, "disk" => Cluster::Disk]);
+nameable!(Class, ["A" => Class::A, "B" => Class::B, "C" => Class::C, "D" => Class::D]);
+readable!(Limits, Limits::default(), [cornering, acceleration, braking, jerk], []);
+readable!(Parts, Parts::default(), [imu, mag, wheels, gnss], []);
+readable!(Iron, Iron { hard: [0.0; 3], soft: UNDISTORTED }, [hard, soft], []);
 
 impl Limits {
     pub(super) fn check(&self) -> Result<(), SpecError> {
