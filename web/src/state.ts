@@ -43,6 +43,8 @@ export class Store {
   readonly report = new Signal<DriveReport | null>(null);
   readonly work = new Signal<Work | null>(null);
   readonly error = new Signal<string | null>(null);
+  /** Whether the rest of a drive waits to be asked for, because someone stopped it or opening another has failed. */
+  readonly isRestHeld = new Signal(false);
   readonly builtIn = new Signal<{ name: string; seed: number | null } | null>(null);
 
   readonly span = new Signal<Span>({ t0: 0, t1: 1 });

@@ -43,6 +43,7 @@ export const en = {
     estimating: (titles: string) => `Estimating: ${titles}`,
     stop: 'Stop',
     stopped: (titles: string) => `Stopped: ${titles}`,
+    partial: 'Stopped: the rest of the drive',
     resume: 'Estimate',
     loading: 'Loading the estimating core',
     progress: 'Progress',
