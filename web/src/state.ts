@@ -35,6 +35,9 @@ export interface Work {
   cancel(): void;
 }
 
+/** Share of the rows from which a notice is trouble. */
+const OFTEN = 0.02;
+
 /** Shortest stretch that can be zoomed into, s. */
 const SHORTEST = 0.05;
 
@@ -126,6 +129,12 @@ export class Store {
     const length = t1 - t0;
     this.show(time - 0.05 * length, time + 0.95 * length);
   }
+}
+
+/** What an estimator noticed so often that its curves are not to be believed. */
+export function trouble({ reply }: RunState): { text: string; count: number } | null {
+  const most = reply?.current.notices.reduce((a, b) => (b.count > a.count ? b : a), { text: '', count: 0 });
+  return reply && most && most.count > OFTEN * reply.current.rows ? most : null;
 }
 
 /** Whether an estimator has everything it needs in the open drive. */

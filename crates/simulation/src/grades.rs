@@ -102,8 +102,8 @@ pub const GRADES: &[Grade] = &[
     Grade {
         name: "automotive",
         source: "Good automotive MEMS of the class of ST ASM330LHH and Bosch SMI230 after offset calibration in the factory \
-                 (typical noise of data sheets: 60 to 120 ug/sqrt(Hz), 5 to 14 mdps/sqrt(Hz)); magneto-resistive \
-                 magnetometer, perfectly calibrated; ABS wheel speeds with 48 pulses; single-frequency receiver at 1 Hz",
+                 (typical noise of data sheets: 60 to 120 ug/sqrt(Hz), 5 to 14 mdps/sqrt(Hz)); magneto-inductive \
+                 magnetometer (data sheets: 15 to 50 nT), perfectly calibrated; ABS wheel speeds with 48 pulses; single-frequency receiver at 1 Hz",
         imu: ImuGrade {
             accel_noise: 8e-4,
             accel_bias: 0.012,
@@ -116,7 +116,7 @@ pub const GRADES: &[Grade] = &[
             gyro_resolution: 1e-4,
             vibration: 1.0,
         },
-        mag: MagGrade { noise: 0.1, hard_iron: [0.0; 3], soft_iron: IDENTITY, resolution: 0.01 },
+        mag: MagGrade { noise: 0.05, hard_iron: [0.0; 3], soft_iron: IDENTITY, resolution: 0.01 },
         car: CarGrade {
             pulses: 48.0,
             pulse_error: 0.004,
