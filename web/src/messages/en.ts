@@ -212,9 +212,9 @@ export const en = {
     nearly: (band: string, factor: string) =>
       `Outside its 95 % band ${band}, which is narrow after so many updates; sigma is right to a factor of ${factor}.`,
     cautious: (sensor: string, times: string, factor: string) =>
-      `${sensor}: sigma is about ${times} times larger than the residuals; multiply it by ${factor} to match.`,
+      `${sensor}: innovations are about ${times} times smaller than stated (its sigma times ${factor} would match).`,
     optimistic: (sensor: string, times: string, factor: string) =>
-      `${sensor}: residuals are about ${times} times larger than their sigma; multiply it by ${factor} to match, or look for what the model leaves out.`,
+      `${sensor}: innovations are about ${times} times larger than stated (its sigma times ${factor} would match, if the model left nothing out).`,
   },
   report: {
     simulated: 'Built-in drive, simulated with truth.',
