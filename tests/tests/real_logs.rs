@@ -13,6 +13,10 @@ fn the_motorway_drive_gives_the_road_grade_from_wheels_and_accelerometer_alone()
     let Some(path) = shared(RAV4) else { return };
     let drive = open(&path);
     let run = run_by_name("slope", &drive, &json!({"use_baro": false, "use_gnss": false}), None).unwrap();
+    let whole = score(run.series(), &drive, None);
+    let grade = whole.metrics.iter().find(|m| m.column == "grade").unwrap();
+    assert!(grade.correlation >= 0.94, "every row: correlation {:.4}", grade.correlation);
+    assert!(grade.rmse_centred.to_degrees() <= 0.65, "every row: {:.3} deg", grade.rmse_centred.to_degrees());
     // The filter starts at grade 0 and the phone leans 4 deg on its mount: two seconds to settle.
     let (start, end) = drive.span().unwrap();
     let score = score(run.series(), &drive, Some((start + 2.0, end)));

@@ -104,6 +104,8 @@ export interface DriveReport {
   has_vehicle: boolean;
   import: OpenReport | null;
   estimators: { name: string; runnable: boolean; missing: Need[] }[];
+  /** Whether the rest of the drive is still to come (said by the worker). */
+  is_partial?: boolean;
 }
 
 export interface Metric {
@@ -203,6 +205,7 @@ export interface Door {
   begin_files(files: File[], mapping: string | undefined): void;
   open_some(budgetMs: number): Progress;
   cancel_open(): void;
+  preview_open(): DriveReport;
   report(): DriveReport;
   begin_run(estimator: string, params: Record<string, ParamValue>, vehicle: string | null | undefined): void;
   run_some(estimator: string, budgetMs: number): Progress;

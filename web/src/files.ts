@@ -26,7 +26,7 @@ export async function openFiles(store: Store, session: Session, files: File[]): 
     }
   }
   const isOpen = await session.open({ kind: 'files', files: logs, mapping }, logs.map((f) => f.name).join(', '));
-  if (isOpen) session.runAll();
+  if (isOpen) void session.runAll();
   return isOpen;
 }
 

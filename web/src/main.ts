@@ -24,6 +24,9 @@ import { slopeView } from './views/slope';
 import { TrajectoryView } from './views/trajectory';
 import { Transport } from './views/transport';
 
+/** Seconds of the first drive that are simulated before they are estimated and shown; the rest follows. */
+const FIRST_LOOK = 120;
+
 const store = new Store();
 const worker = new Worker(new URL('./worker/worker.ts', import.meta.url), { type: 'module' });
 const session = new Session(store, worker);
@@ -42,7 +45,8 @@ const side = sidePanel();
 
 async function openBuiltIn(name: string, seed: number | null = null): Promise<void> {
   const title = store.catalogue.value?.drives.find((d) => d.name === name)?.title ?? name;
-  if (await session.open({ kind: 'simulation', name, seed }, title)) session.runAll();
+  const first = store.report.value ? null : FIRST_LOOK;
+  if (await session.open({ kind: 'simulation', name, seed, first }, title)) void session.runAll();
 }
 
 async function openDropped(files: File[]): Promise<void> {

@@ -22,6 +22,8 @@ export class Session {
   #store: Store;
   #runners = new Map<string, Runner>();
   #opening: Pending<DriveReport> | null = null;
+  /** Opens the rest of a drive of which only the beginning is there. */
+  #rest: (() => Promise<void>) | null = null;
 
   constructor(store: Store, worker: Worker) {
     this.#store = store;
@@ -39,6 +41,8 @@ export class Session {
   async open(request: OpenRequest, label: string): Promise<boolean> {
     const store = this.#store;
     this.#opening?.cancel();
+    const rest = this.#rest;
+    this.#rest = null;
     const pending = this.rpc.start('open', request, (progress) => {
       if (this.#opening === pending) store.work.value = { label, progress, cancel: pending.cancel };
     });
@@ -50,8 +54,16 @@ export class Session {
       for (const runner of this.#runners.values()) runner.tuned = null;
       store.builtIn.value = request.kind === 'simulation' ? { name: request.name, seed: request.seed } : null;
       store.openDrive(report);
+      if (report.is_partial && request.kind === 'simulation') {
+        const whole = { ...request, first: null };
+        this.#rest = async () => {
+          if (await this.open(whole, label)) await this.runAll();
+        };
+      }
       return true;
     } catch (reason) {
+      this.#rest = rest;
+      this.#store.isRestHeld.value = true;
       if (!(reason instanceof Cancelled)) store.error.value = reason instanceof Error ? reason.message : String(reason);
       return false;
     } finally {
@@ -62,9 +74,16 @@ export class Session {
     }
   }
 
-  /** Run every estimator that can run. */
-  runAll(): void {
-    for (const estimator of this.#store.catalogue.value?.estimators ?? []) this.#request(estimator.name);
+  /** Run every estimator that can run; then open the rest of a drive of which only the beginning is there. */
+  async runAll(): Promise<void> {
+    this.#store.isRestHeld.value = false;
+    const names = (this.#store.catalogue.value?.estimators ?? []).map((e) => e.name);
+    for (const name of names) this.#request(name);
+    const drive = this.#store.report.value;
+    await Promise.all(names.map((name) => new Promise<void>((resolve) => this.#whenIdle(name, resolve))));
+    const isStopped = names.some((name) => this.#store.run(name).value.isStopped);
+    if (isStopped) this.#store.isRestHeld.value = true;
+    else if (this.#rest && this.#store.report.value === drive) await this.#rest();
   }
 
   /** Give up every run under way; earlier results stay. */

@@ -35,6 +35,9 @@ export interface Work {
   cancel(): void;
 }
 
+/** Share of the rows from which a notice is trouble. */
+const OFTEN = 0.02;
+
 /** Shortest stretch that can be zoomed into, s. */
 const SHORTEST = 0.05;
 
@@ -43,6 +46,8 @@ export class Store {
   readonly report = new Signal<DriveReport | null>(null);
   readonly work = new Signal<Work | null>(null);
   readonly error = new Signal<string | null>(null);
+  /** Whether the rest of a drive waits to be asked for, because someone stopped it or opening another has failed. */
+  readonly isRestHeld = new Signal(false);
   readonly builtIn = new Signal<{ name: string; seed: number | null } | null>(null);
 
   readonly span = new Signal<Span>({ t0: 0, t1: 1 });
@@ -124,6 +129,12 @@ export class Store {
     const length = t1 - t0;
     this.show(time - 0.05 * length, time + 0.95 * length);
   }
+}
+
+/** What an estimator noticed so often that its curves are not to be believed. */
+export function trouble({ reply }: RunState): { text: string; count: number } | null {
+  const most = reply?.current.notices.reduce((a, b) => (b.count > a.count ? b : a), { text: '', count: 0 });
+  return reply && most && most.count > OFTEN * reply.current.rows ? most : null;
 }
 
 /** Whether an estimator has everything it needs in the open drive. */

@@ -41,7 +41,7 @@ beforeEach(async () => {
   store = new Store();
   session = new Session(store, worker as unknown as Worker);
   store.catalogue.value = { version: '', estimators: [ESTIMATOR], drives: [], vehicles: [] };
-  const opened = session.open({ kind: 'simulation', name: 'a', seed: null }, 'a');
+  const opened = session.open({ kind: 'simulation', name: 'a', seed: null, first: null }, 'a');
   await worker.give({ id: 1, ok: true, value: REPORT });
   expect(await opened).toBe(true);
 });
@@ -58,7 +58,7 @@ function finish(seconds: number): Promise<void> {
 }
 
 test('while a short run is under way it is let finish, and then only the latest value is run', async () => {
-  session.runAll();
+  void session.runAll();
   await finish(0.1);
   [1, 2, 3, 4].forEach(tune);
   expect(worker.asked('run').length).toBe(2);
@@ -72,7 +72,7 @@ test('while a short run is under way it is let finish, and then only the latest 
 });
 
 test('a long run is given up for a newer value', async () => {
-  session.runAll();
+  void session.runAll();
   await finish(3);
   tune(1);
   tune(2);
@@ -84,7 +84,7 @@ test('a long run is given up for a newer value', async () => {
 });
 
 test('stopping says so and does not start again by itself', async () => {
-  session.runAll();
+  void session.runAll();
   session.stop();
   const running = worker.asked('run')[0]?.id ?? 0;
   await worker.give({ id: running, ok: false, message: '', cancelled: true });
@@ -103,9 +103,9 @@ test('a drive that cannot be opened leaves the open one and says why', async () 
 });
 
 test('a result of the drive before does not end up in the new one', async () => {
-  session.runAll();
+  void session.runAll();
   const run = worker.asked('run')[0]?.id ?? 0;
-  const opened = session.open({ kind: 'simulation', name: 'b', seed: null }, 'b');
+  const opened = session.open({ kind: 'simulation', name: 'b', seed: null, first: null }, 'b');
   await worker.give({ id: worker.asked('open')[1]?.id ?? 0, ok: true, value: { ...REPORT, name: 'b' } });
   await opened;
   await worker.give({ id: run, ok: true, value: { current: { seconds: 1 }, previous: null, change: null } });
@@ -113,7 +113,7 @@ test('a result of the drive before does not end up in the new one', async () => 
 });
 
 test('during a drag everything is compared with what was before it', async () => {
-  session.runAll();
+  void session.runAll();
   await finish(0.1);
   session.beginGesture('slope');
   tune(1);

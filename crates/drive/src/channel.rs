@@ -217,7 +217,16 @@ impl<R: Record> Channel<R> {
     /// [`OutOfOrder`] when `time` is not finite or not after the last sample's; the channel is unchanged.
     pub fn push(&mut self, time: f64, sample: R) -> Result<(), OutOfOrder> {
         const { assert!(R::COLUMNS.len() <= MAX_COLUMNS) };
-        let mut row = [0.0; MAX_COLUMNS];
+        // A short record does not pay for the longest one's row.
+        match R::COLUMNS.len() {
+            0..=16 => self.push_through::<16>(time, sample),
+            17..=48 => self.push_through::<48>(time, sample),
+            _ => self.push_through::<MAX_COLUMNS>(time, sample),
+        }
+    }
+
+    fn push_through<const ROOM: usize>(&mut self, time: f64, sample: R) -> Result<(), OutOfOrder> {
+        let mut row = [0.0; ROOM];
         let row = &mut row[..R::COLUMNS.len()];
         sample.write(row);
         self.series.push(time, row)

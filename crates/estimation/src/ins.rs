@@ -212,9 +212,9 @@ fn add_earth_terms(f: &mut ErrorRates, v: &Vector3<f64>, earth: &Earth) {
     let mut velocity_by_position = skew(v) * (earth_rate_by_position * 2.0 + transport_by_position);
     velocity_by_position[(2, 2)] += earth.gravity_gradient;
     let velocity_by_velocity = skew(v) * transport_by_velocity - skew(&(earth_rate * 2.0 + transport_rate));
-    f.fixed_view_mut::<3, 3>(POSITION, POSITION).copy_from(&position_by_position); // (15)
+    f.fixed_view_mut::<3, 3>(POSITION, POSITION).copy_from(&position_by_position); // (17)
     f.fixed_view_mut::<3, 3>(VELOCITY, POSITION).copy_from(&velocity_by_position);
-    f.fixed_view_mut::<3, 3>(VELOCITY, VELOCITY).copy_from(&velocity_by_velocity); // (16)
+    f.fixed_view_mut::<3, 3>(VELOCITY, VELOCITY).copy_from(&velocity_by_velocity); // (17)
     f.fixed_view_mut::<3, 3>(ATTITUDE, POSITION).copy_from(&(earth_rate_by_position + transport_by_position));
     f.fixed_view_mut::<3, 3>(ATTITUDE, VELOCITY).copy_from(&transport_by_velocity);
     f.fixed_view_mut::<3, 3>(ATTITUDE, ATTITUDE).copy_from(&-skew(&(earth_rate + transport_rate))); // (17)

@@ -55,7 +55,7 @@ params! {
         launch_threshold_factor ("ad_kfd"): number = 4.0, "1", 1.5 ..= 8.0 Linear, from "spec/motion section 1";
         /// Time in which the noise floor follows the statistics at rest.
         floor_time ("ad_tau"): number = 20.0, "s", 2.0 ..= 120.0 Log, from "spec/motion section 1";
-        /// Whether turning wheels (faster than 0.5 m/s) contradict rest, where the log has their speed.
+        /// Whether turning wheels (faster than 0.5 m/s) contradict rest; in a log without wheel speeds, satellites (1 m/s).
         use_speed (""): toggle = true, from "a smooth road at constant speed looks like rest to an inertial sensor";
     }
 }
@@ -99,6 +99,12 @@ const CLEARLY_MOVING: f64 = 0.5;
 /// Age up to which a wheel speed counts, s.
 const SPEED_AGE: f64 = 0.5;
 
+/// Ground speed from satellites above which a car without wheel speeds clearly moves, m/s: several sigma of a receiver.
+const CLEARLY_MOVING_BY_SATELLITE: f64 = 1.0;
+
+/// Age up to which a ground speed counts, s: receivers give one a second.
+const GROUND_SPEED_AGE: f64 = 1.5;
+
 /// Step of the log above which the windows are cleared, s.
 const LARGEST_STEP: f64 = 0.5;
 
@@ -121,6 +127,7 @@ pub struct MotionModeDetector {
     good: InertialRow,
     speed: f64,
     speed_time: f64,
+    has_wheels: bool,
     starts_moving: bool,
     notices: Notices,
 }
@@ -157,17 +164,14 @@ impl Estimator for MotionModeDetector {
             good: InertialRow::AT_REST,
             speed: f64::NAN,
             speed_time: f64::NEG_INFINITY,
+            has_wheels: false,
             starts_moving,
             notices: Notices::default(),
         }
     }
 
     fn step(&mut self, epoch: &Epoch) -> Result<Option<MotionModeEstimate>, EstimatorError> {
-        if self.use_speed
-            && let Some(speed) = epoch.wheels.map(|w| w.forward_speed()).filter(|v| v.is_finite())
-        {
-            (self.speed, self.speed_time) = (speed, epoch.time);
-        }
+        self.read_speed(epoch);
         let Some(imu) = epoch.imu else { return Ok(None) };
         let row =
             InertialRow { force: [imu.accel_x, imu.accel_y, imu.accel_z], rate: [imu.gyro_x, imu.gyro_y, imu.gyro_z] };
@@ -189,7 +193,9 @@ impl Estimator for MotionModeDetector {
         } else {
             self.notices.add(BAD_ROW, epoch.time);
         }
-        let wheels_turn = epoch.time - self.speed_time <= SPEED_AGE && self.speed.abs() > CLEARLY_MOVING;
+        let (age, slowest) =
+            if self.has_wheels { (SPEED_AGE, CLEARLY_MOVING) } else { (GROUND_SPEED_AGE, CLEARLY_MOVING_BY_SATELLITE) };
+        let wheels_turn = epoch.time - self.speed_time <= age && self.speed.abs() > slowest;
         if wheels_turn && self.detector.refuse_learning() {
             self.notices.add(NOT_AT_REST, epoch.time);
         }
@@ -206,6 +212,21 @@ impl Estimator for MotionModeDetector {
 }
 
 impl MotionModeDetector {
+    /// The speed that may contradict rest: the wheels', or the satellites' in a log that has none of the wheels.
+    fn read_speed(&mut self, epoch: &Epoch) {
+        let wheels = epoch.wheels.map_or(f64::NAN, |w| w.forward_speed());
+        let ground = epoch.gnss.filter(|g| g.is_usable()).map_or(f64::NAN, |g| g.ground_speed());
+        if !self.use_speed {
+            return;
+        }
+        if wheels.is_finite() {
+            self.has_wheels = true;
+            (self.speed, self.speed_time) = (wheels, epoch.time);
+        } else if ground.is_finite() && !self.has_wheels {
+            (self.speed, self.speed_time) = (ground, epoch.time);
+        }
+    }
+
     /// The first row, or one after a hole in the log.
     fn after_hole(&mut self, time: f64) {
         if self.time.is_finite() {

@@ -6,6 +6,12 @@ use drivescope_drive::geodesy::radii;
 use crate::clock::median;
 use crate::evidence::{Binned, Draft, Fit, fit};
 
+/// Shortest way between two fixes that tells units and axes from noise, m.
+const LONG_STEP: f64 = 5.0;
+
+/// Logarithm of a ratio of lengths beyond which fixes and speed contradict each other.
+const DOUBT: f64 = 0.14;
+
 const DEG: f64 = std::f64::consts::PI / 180.0;
 /// Units that files give angles of place in, and the factor to rad.
 const UNITS: [(&str, f64); 3] = [("deg", DEG), ("rad", 1.0), ("1e-7 deg", 1e-7 * DEG)];
@@ -68,6 +74,15 @@ pub(crate) fn check(draft: &mut Draft, [lat, lon]: [&str; 2]) {
         );
         if ratio(factor).ln().abs() > 2.0 {
             return draft.note(format!("{columns} do not agree with {label}: in no unit ({reason})."));
+        }
+        // Steps long enough that the receiver's noise does not lengthen them.
+        let long = moving.iter().filter(|s| s.speed * s.time > LONG_STEP);
+        let long: Vec<f64> = long.map(|s| s.length(factor) / (s.speed * s.time)).collect();
+        if long.len() >= 5 && median(long).ln().abs() > DOUBT {
+            draft.note(format!(
+                "{columns} do not agree with {label}: {reason}. Latitude and longitude may be swapped, or the speed is in \
+                 another unit; give a mapping."
+            ));
         }
         (unit, reason)
     } else if fits(1.0) && mean_speed(1.0) > 0.3 && mean_speed(1.0) < 90.0 {

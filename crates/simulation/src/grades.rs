@@ -122,7 +122,7 @@ const AUTOMOTIVE_IMU: ImuGrade = ImuGrade {
     range: UNLIMITED,
 };
 
-const AUTOMOTIVE_MAG: MagGrade = MagGrade { noise: 0.1, hard_iron: [0.0; 3], soft_iron: IDENTITY, resolution: 0.01 };
+const AUTOMOTIVE_MAG: MagGrade = MagGrade { noise: 0.05, hard_iron: [0.0; 3], soft_iron: IDENTITY, resolution: 0.01 };
 
 const AUTOMOTIVE_CAR: CarGrade = CarGrade {
     pulses: 48.0,
@@ -152,8 +152,9 @@ pub const GRADES: &[Grade] = &[
     Grade {
         name: "automotive",
         source: "Good automotive MEMS of the class of ST ASM330LHH and Bosch SMI230 after offset calibration in the factory \
-                 (typical noise of data sheets: 60 to 120 ug/sqrt(Hz), 5 to 14 mdps/sqrt(Hz)); magneto-resistive \
-                 magnetometer, perfectly calibrated; ABS wheel speeds with 48 pulses; single-frequency receiver at 1 Hz",
+                 (typical noise of data sheets: 60 to 120 ug/sqrt(Hz), 5 to 14 mdps/sqrt(Hz)); magneto-inductive \
+                 magnetometer (data sheets: 15 to 50 nT), perfectly calibrated; ABS wheel speeds with 48 pulses; \
+                 single-frequency receiver at 1 Hz",
         imu: AUTOMOTIVE_IMU,
         mag: AUTOMOTIVE_MAG,
         car: AUTOMOTIVE_CAR,

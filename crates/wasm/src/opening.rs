@@ -78,6 +78,14 @@ impl Opening {
         }
     }
 
+    /// The drive as simulated so far; `None` for a file, which is no drive before its end.
+    pub fn so_far(&self) -> Option<&Drive> {
+        match self {
+            Self::Simulation(simulation) => Some(simulation.drive()),
+            Self::Reading { .. } => None,
+        }
+    }
+
     /// How far it has come.
     pub fn progress(&self) -> Progress {
         match self {

@@ -89,6 +89,15 @@ impl Session {
         }
     }
 
+    /// Put what has been simulated so far in place, so that it can be looked at; simulating can go on.
+    pub fn preview_open(&mut self) -> Result<JsValue, JsError> {
+        if let Some(drive) = self.opening.as_ref().and_then(Opening::so_far) {
+            let drive = drive.clone();
+            self.put_in_place(Opened { drive, report: None });
+        }
+        plain(&self.report)
+    }
+
     /// Give up opening; the drive that was open stays.
     pub fn cancel_open(&mut self) {
         self.opening = None;

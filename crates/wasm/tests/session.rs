@@ -1,5 +1,6 @@
 //! The door, in a worker of a real browser: what crosses it, what it says when it refuses, and the same numbers as native.
 #![cfg(target_arch = "wasm32")]
+#![allow(clippy::unwrap_used)]
 
 use drivescope_wasm::Session;
 use js_sys::{Array, Float64Array, JSON, Reflect};

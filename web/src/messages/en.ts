@@ -43,6 +43,7 @@ export const en = {
     estimating: (titles: string) => `Estimating: ${titles}`,
     stop: 'Stop',
     stopped: (titles: string) => `Stopped: ${titles}`,
+    partial: 'Stopped: the rest of the drive',
     resume: 'Estimate',
     loading: 'Loading the estimating core',
     progress: 'Progress',
@@ -71,6 +72,7 @@ export const en = {
     tableCaption: (title: string, from: string, to: string, rows: number) => `${title}, ${from} to ${to}, ${rows} rows`,
     resetZoom: 'Show the whole drive',
     fit: 'Fit the trajectory',
+    trouble: (title: string, what: string, count: string) => `${title} is not to be believed here: ${what} (${count} times).`,
     notRunnable: (title: string, missing: string) => `${title} cannot run on this log: no ${missing}.`,
     noPosition: 'This log has no positions to draw.',
     plotLabel: (title: string, unit: string) => `${title}${unit ? ` in ${unit}` : ''} over time. The table holds the numbers.`,
@@ -210,9 +212,9 @@ export const en = {
     nearly: (band: string, factor: string) =>
       `Outside its 95 % band ${band}, which is narrow after so many updates; sigma is right to a factor of ${factor}.`,
     cautious: (sensor: string, times: string, factor: string) =>
-      `${sensor}: sigma is about ${times} times larger than the residuals; multiply it by ${factor} to match.`,
+      `${sensor}: innovations are about ${times} times smaller than stated (its sigma times ${factor} would match).`,
     optimistic: (sensor: string, times: string, factor: string) =>
-      `${sensor}: residuals are about ${times} times larger than their sigma; multiply it by ${factor} to match, or look for what the model leaves out.`,
+      `${sensor}: innovations are about ${times} times larger than stated (its sigma times ${factor} would match, if the model left nothing out).`,
   },
   report: {
     simulated: 'Built-in drive, simulated with truth.',

@@ -1,7 +1,7 @@
 /** One lamp per sensor: do its innovations agree with the stated noise, and if not, in which direction? */
 
-import { h } from '../dom';
-import type { Consistency } from '../door';
+import { h, prose } from '../dom';
+import type { Column, Consistency } from '../door';
 import { t } from '../messages';
 import { formatFixed, formatSignificant } from '../units';
 import { words } from './params';
@@ -17,12 +17,19 @@ export function explain(c: Consistency): string {
   return t.consistency.nearly(band, formatSignificant(Math.max(c.sigma_factor, 1 / c.sigma_factor), 3));
 }
 
+/** What the core knows of why a sensor's innovations are not as stated: its column's words after the first sentence. */
+export function reason({ column }: Consistency, columns: Column[]): string {
+  const doc = columns.find((c) => c.name === column)?.doc ?? '';
+  const end = doc.indexOf('. ');
+  return end < 0 ? '' : doc.slice(end + 2);
+}
+
 function sensorOf(c: Consistency): string {
   return words(c.column.replace(/_nis$|^nis_/, ''));
 }
 
 /** The lamps of all sensors; null without innovations. */
-export function lamps(now: Consistency[], before: Consistency[] | null): HTMLElement | null {
+export function lamps(now: Consistency[], before: Consistency[] | null, columns: Column[]): HTMLElement | null {
   if (now.length === 0) return null;
   const head = [t.consistency.sensor, ...(before ? [t.score.before] : []), t.consistency.mean, t.consistency.inside];
   const rows = now.flatMap((c) => {
@@ -36,7 +43,7 @@ export function lamps(now: Consistency[], before: Consistency[] | null): HTMLEle
       h('td', {}, `${formatFixed(100 * c.inside, 0)} %`),
     );
     if (c.verdict === 'consistent') return [row];
-    return [row, h('tr.why', {}, h('td', { colspan: head.length }, explain(c)))];
+    return [row, h('tr.why', {}, h('td', { colspan: head.length }, explain(c), ' ', ...prose(reason(c, columns))))];
   });
   return h(
     'table.numbers.lamps',

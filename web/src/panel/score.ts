@@ -100,7 +100,7 @@ export class ScoreCard {
     const before = previous?.score ?? null;
     const tops = current ? [this.#errors(current.score, before), lampRow(current.score.consistency)] : [];
     this.#body.replaceChildren(...tops.filter((e) => e !== null));
-    const bottoms = current ? [lamps(current.score.consistency, before?.consistency ?? null), this.#notices(current), this.#numbers(current)] : [];
+    const bottoms = current ? [lamps(current.score.consistency, before?.consistency ?? null, estimator.columns), this.#notices(current), this.#numbers(current)] : [];
     this.details.replaceChildren(...bottoms.filter((e) => e !== null));
   }
 

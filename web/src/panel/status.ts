@@ -20,7 +20,9 @@ export function statusLine(store: Store, session: Session): HTMLElement {
     const stopped = estimators.filter((e) => store.run(e.name).value.isStopped && !store.run(e.name).value.reply);
     const work = store.work.value;
     stop.textContent = t.work.stop;
-    line.dataset['state'] = work || running.length > 0 ? 'busy' : stopped.length > 0 ? 'stopped' : 'idle';
+    const isPartial = store.report.value?.is_partial === true;
+    const isGoingOn = isPartial && !store.isRestHeld.value;
+    line.dataset['state'] = work || running.length > 0 || isGoingOn ? 'busy' : stopped.length > 0 || isPartial ? 'stopped' : 'idle';
     const { fraction, words } = describe();
     if (fraction === null) bar.removeAttribute('value');
     else bar.value = fraction;
@@ -40,9 +42,15 @@ export function statusLine(store: Store, session: Session): HTMLElement {
         return { fraction: done / total, words: t.work.estimating(running.map((e) => e.title).join(', ')) };
       }
       if (stopped.length > 0) {
-        action = () => session.runAll();
+        action = () => void session.runAll();
         stop.textContent = t.work.resume;
         return { fraction: 0, words: t.work.stopped(stopped.map((e) => e.title).join(', ')) };
+      }
+      if (isGoingOn) return { fraction: null, words: '' };
+      if (isPartial) {
+        action = () => void session.runAll();
+        stop.textContent = t.work.resume;
+        return { fraction: 0, words: t.work.partial };
       }
       if (!store.catalogue.value) {
         line.dataset['state'] = 'busy';
@@ -52,6 +60,7 @@ export function statusLine(store: Store, session: Session): HTMLElement {
     }
   });
   store.work.on(show);
+  store.isRestHeld.on(show);
   store.catalogue.on(() => {
     for (const e of store.catalogue.value?.estimators ?? []) store.run(e.name).on(show);
     show();

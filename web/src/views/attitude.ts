@@ -3,7 +3,7 @@
 import { h } from '../dom';
 import { t } from '../messages';
 import type { Session } from '../session';
-import type { Store } from '../state';
+import { isRunnable, type Store, trouble } from '../state';
 import { type CurveSpec, type LaneSpec, STYLES } from './curves';
 import { TimeView } from './time-view';
 
@@ -53,11 +53,31 @@ export function attitudeView(store: Store, session: Session): TimeView {
     }
     view.changed();
   };
-  for (const choice of ['orientation', 'gnss_ins', 'both'] as const) {
+  const inputs = (['orientation', 'gnss_ins', 'both'] as const).map((choice) => {
     const input = h('input', { type: 'radio', name: 'attitude-source', value: choice, checked: choice === 'orientation' });
-    input.addEventListener('change', () => apply(choice));
+    input.addEventListener('change', () => {
+      isChosen = true;
+      apply(choice);
+    });
     choose.append(h('label', {}, input, h('span', {}, t.attitudeSource[choice])));
-  }
+    return { choice, input };
+  });
+  let isChosen = false;
+  /** Until someone chooses: the orientation filter, or the other one where that cannot run or is not to be believed. */
+  const propose = (): void => {
+    const run = store.run('orientation').value;
+    const isHopeless = !isRunnable(store.report.value, 'orientation') || run.error !== null || trouble(run) !== null;
+    const proposed = isHopeless && isRunnable(store.report.value, 'gnss_ins') ? 'gnss_ins' : 'orientation';
+    const entry = inputs.find(({ choice }) => choice === proposed);
+    if (isChosen || !entry || entry.input.checked) return;
+    entry.input.checked = true;
+    apply(proposed);
+  };
+  store.report.on(() => {
+    isChosen = false;
+    propose();
+  });
+  store.run('orientation').on(propose);
   apply('orientation');
   return view;
 }

@@ -3,7 +3,7 @@
 import { h } from '../dom';
 import { t } from '../messages';
 import type { Session } from '../session';
-import { isRunnable, type Store } from '../state';
+import { isRunnable, type Store, trouble } from '../state';
 import { latest } from '../worker/rpc';
 import { type CurveSpec, estimatorsOf, type LaneSpec } from './curves';
 import { Lane } from './lane';
@@ -90,11 +90,15 @@ export class TimeView {
     const sentences = this.#estimators.flatMap((name) => {
       const { error, reply, running } = this.store.run(name).value;
       if (error) return [t.errors.runFailed(titles(name), error)];
+      const worst = trouble(this.store.run(name).value);
+      if (worst) return [t.views.trouble(titles(name), worst.text, worst.count.toLocaleString('en'))];
       if (reply || running || !report || isRunnable(report, name)) return [];
       const missing = report.estimators.find((e) => e.name === name)?.missing.filter((n) => n.required) ?? [];
       return [t.views.notRunnable(titles(name), missing.map((n) => n.label).join(', '))];
     });
     this.#note.textContent = sentences.join(' ');
+    // Over the plots where they are empty, below them where there is something to see.
+    this.#note.classList.toggle('below', this.#estimators.some((name) => this.store.run(name).value.reply));
     this.#note.hidden = sentences.length === 0;
   }
 

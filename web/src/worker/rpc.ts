@@ -3,7 +3,8 @@
 import type { Catalogue, Comparison, DriveReport, ParamValue, Progress, RunReport } from '../door';
 
 export type OpenRequest =
-  | { kind: 'simulation'; name: string; seed: number | null }
+  /** With `first`, done once that many seconds are simulated: the report says that it is partial, and asking again goes on. */
+  | { kind: 'simulation'; name: string; seed: number | null; first: number | null }
   | { kind: 'files'; files: File[]; mapping: string | null };
 
 /** One column on the grid of a window. */

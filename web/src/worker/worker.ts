@@ -53,20 +53,37 @@ function runJob(door: Door, { id, args }: Request<'run'>): Job {
   };
 }
 
+/** The simulation whose beginning is the open drive and that can go on. */
+let resumable: { name: string; seed: number | null } | null = null;
+
+/** Samples of the inertial sensor in a second of a simulated drive. */
+const SIMULATED_RATE = 100;
+
 function openJob(door: Door, { id, args }: Request<'open'>): Job {
+  const first = args.kind === 'simulation' && args.first !== null ? args.first * SIMULATED_RATE : Infinity;
+  let isPartial = false;
   return {
     id,
     estimator: null,
     begun: false,
     begin: () => {
+      const goesOn = args.kind === 'simulation' && resumable?.name === args.name && resumable.seed === args.seed;
+      resumable = null;
+      if (goesOn) return;
       if (args.kind === 'simulation') door.begin_simulation(args.name, args.seed ?? undefined);
       else door.begin_files(args.files, args.mapping ?? undefined);
     },
-    some: () => door.open_some(BUDGET),
+    some: () => {
+      const progress = door.open_some(BUDGET);
+      isPartial = !progress.done && progress.rows >= first;
+      return { ...progress, done: progress.done || isPartial };
+    },
     cancel: () => door.cancel_open(),
     finish: () => {
       jobs.splice(0).forEach((job) => post({ id: job.id, ok: false, message: '', cancelled: true }));
-      return door.report();
+      if (!isPartial || args.kind !== 'simulation') return door.report();
+      resumable = { name: args.name, seed: args.seed };
+      return { ...door.preview_open(), is_partial: true };
     },
   };
 }

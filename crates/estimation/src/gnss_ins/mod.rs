@@ -103,6 +103,10 @@ impl Estimator for GnssIns {
     }
 
     fn step(&mut self, epoch: &Epoch) -> Result<Option<GnssInsEstimate>, EstimatorError> {
+        if !epoch.time.is_finite() {
+            self.notices.add("epoch without a time skipped", self.last_time.unwrap_or(0.0));
+            return Ok(None);
+        }
         self.receive(epoch);
         let Some(sample) = epoch.imu.and_then(|imu| self.hold.complete(epoch.time, &imu)) else { return Ok(None) };
         if let Some(flaw) = sample.flaw {
@@ -124,6 +128,11 @@ impl Estimator for GnssIns {
             }
             _ => Verdicts::default(),
         };
+        if matches!(&self.phase, Phase::Running(running) if running.is_lost()) {
+            self.notices.add("the filter had lost its way and was started again", epoch.time);
+            self.phase = Phase::Aligning(Box::default());
+            self.revision = None;
+        }
         self.last_time = Some(epoch.time);
         Ok(self.estimate(&verdicts))
     }

@@ -19,6 +19,12 @@ use crate::ins::ATTITUDE;
 const AIDING_STEP: f64 = 0.1;
 /// Longest wait for an odometer sample before the constraint is used without one, s.
 const LONGEST_ODOMETER_WAIT: f64 = 0.25;
+/// Normalized innovation squared of a position about a hundred sigmas away.
+const HOPELESS: f64 = 1e4;
+/// Fixes in a row, each hopelessly far, after which the filter and not the receiver is wrong.
+const HOPELESS_IN_A_ROW: usize = 10;
+/// Speed that no car reaches, m/s.
+const FASTEST_CAR: f64 = 150.0;
 /// Odometer speed below which the car stands, m/s.
 pub const STANDING_SPEED: f64 = 0.02;
 /// Satellite speed from which the course tells the yaw, m/s.
@@ -54,6 +60,7 @@ pub struct Running {
     acceleration: Vector3<f64>,
     position_refusals: usize,
     velocity_refusals: usize,
+    hopeless: usize,
 }
 
 impl Running {
@@ -70,6 +77,7 @@ impl Running {
             acceleration: Vector3::zeros(),
             position_refusals: 0,
             velocity_refusals: 0,
+            hopeless: 0,
         }
     }
 
@@ -97,6 +105,12 @@ impl Running {
             self.filter.covariance = self.fresh_covariance(tuning);
         }
         Ok(verdicts)
+    }
+
+    /// Whether the state is no car's, or so many fixes in a row lay so far away that opening the gate would not bring the
+    /// filter back.
+    pub fn is_lost(&self) -> bool {
+        self.hopeless >= HOPELESS_IN_A_ROW || self.filter.navigation.velocity.norm() > FASTEST_CAR
     }
 
     fn fresh_covariance(&self, tuning: &Tuning) -> Covariance {
@@ -202,6 +216,8 @@ impl Running {
                 self.filter.update(&prediction.horizontal(), &sigma.xy(), tuning)
             };
             count_refusals(&mut self.filter, &mut self.position_refusals, verdicts.position, tuning);
+            let is_hopeless = verdicts.position.is_some_and(|v| !v.is_accepted && v.nis > HOPELESS);
+            self.hopeless = if is_hopeless { self.hopeless + 1 } else { 0 };
         }
         if let Some(velocity) = fix.velocity {
             self.has_seen_course = true;

@@ -50,7 +50,8 @@ const LARGEST_ANGLE: f64 = 75.0 * std::f64::consts::PI / 180.0;
 
 const TIME_REFUSED: &str = "an epoch whose time did not advance was skipped";
 const GAP: &str = "the filter was started again after a hole of more than 0.5 s";
-const RESTARTED: &str = "the filter was started again because its attitude had left its range";
+const RESTARTED: &str = "the filter was started again because its attitude had left its range: the measured field does not fit the field \
+     set in the parameters (a magnetometer that is not calibrated, or a drive elsewhere)";
 
 /// Estimator of roll, pitch and yaw.
 #[derive(Clone, Debug)]
