@@ -1,24 +1,15 @@
 /** Everything works from the keyboard, on a phone, in both themes and without seeing the plots. */
 
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import { axePath, estimated, launch, open, serve } from './support.mjs';
+import { test } from 'node:test';
+import { axePath, estimated, open, staged } from './support.mjs';
 
-let server;
-let browser;
-before(async () => {
-  server = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  server?.close();
-});
+const stage = staged();
 
 const time = (page) => page.locator('.transport .time').textContent();
 
 test('the keyboard plays, steps, zooms, goes to the views and shows its help', async () => {
-  const { page, context, errors } = await open(browser, server.url);
+  const { page, context, errors } = await open(stage.browser, stage.url);
   await estimated(page);
   await page.keyboard.press('1');
   assert.equal(await page.evaluate(() => document.activeElement.dataset.view), '1');
@@ -58,7 +49,7 @@ test('the keyboard plays, steps, zooms, goes to the views and shows its help', a
 });
 
 test('the wheel zooms all plots together, a drag zooms into its stretch, a double click shows everything', async () => {
-  const { page, context } = await open(browser, server.url);
+  const { page, context } = await open(stage.browser, stage.url);
   await estimated(page);
   await page.locator('[data-view="2"] .view-header').getByRole('button', { name: /Show as table/ }).click();
   const caption = page.locator('[data-view="2"] .table-panel caption');
@@ -81,7 +72,7 @@ test('the wheel zooms all plots together, a drag zooms into its stretch, a doubl
 });
 
 test('all plots over time begin and end at the same places', async () => {
-  const { page, context } = await open(browser, server.url);
+  const { page, context } = await open(stage.browser, stage.url);
   await estimated(page);
   const edges = await page.locator('.time-area').evaluateAll((areas) =>
     areas.map((a) => a.getBoundingClientRect()).map((b) => [Math.round(b.left), Math.round(b.right)]),
@@ -95,7 +86,7 @@ test('all plots over time begin and end at the same places', async () => {
 });
 
 test('every view has a table with the numbers of what is shown', async () => {
-  const { page, context } = await open(browser, server.url);
+  const { page, context } = await open(stage.browser, stage.url);
   await estimated(page);
   for (const view of ['1', '2', '3', '4']) {
     await page.locator(`[data-view="${view}"] .view-header`).getByRole('button', { name: /Show as table/ }).click();
@@ -110,7 +101,7 @@ test('every view has a table with the numbers of what is shown', async () => {
 
 for (const colorScheme of ['light', 'dark']) {
   test(`no serious violation of accessibility in the ${colorScheme} theme`, async () => {
-    const { page, context } = await open(browser, server.url, { colorScheme, bypassCSP: true });
+    const { page, context } = await open(stage.browser, stage.url, { colorScheme, bypassCSP: true });
     await estimated(page);
     assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), colorScheme);
     await page.addScriptTag({ path: axePath });
@@ -128,7 +119,7 @@ for (const colorScheme of ['light', 'dark']) {
 }
 
 test('at phone width nothing sticks out and the finger moves the cursor', async () => {
-  const { page, context, errors } = await open(browser, server.url, { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
+  const { page, context, errors } = await open(stage.browser, stage.url, { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
   await estimated(page);
   const width = await page.evaluate(() => document.documentElement.scrollWidth);
   assert.ok(width <= 390, `the page is ${width} px wide`);
@@ -143,7 +134,7 @@ test('at phone width nothing sticks out and the finger moves the cursor', async 
 });
 
 test('units and axes change what is shown, not what is estimated', async () => {
-  const { page, context } = await open(browser, server.url);
+  const { page, context } = await open(stage.browser, stage.url);
   await estimated(page);
   const pitch = page.locator('.lane', { has: page.getByRole('heading', { name: 'Pitch' }) });
   await page.locator('.overview').focus();

@@ -1,22 +1,13 @@
 /** Logs that are dropped: good ones open, bad ones say why in one sentence and leave everything as it was. */
 
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import { bendCsv, drop, estimated, launch, open, openDrive, serve } from './support.mjs';
+import { test } from 'node:test';
+import { bendCsv, drop, estimated, open, openDrive, staged } from './support.mjs';
 
-let server;
-let browser;
-before(async () => {
-  server = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  server?.close();
-});
+const stage = staged();
 
 test('a dropped log opens, is estimated, and the page says how it was read', async () => {
-  const { page, context, errors } = await open(browser, server.url);
+  const { page, context, errors } = await open(stage.browser, stage.url);
   await estimated(page);
   await drop(page, [{ name: 'bend.csv', text: bendCsv() }]);
   await page.waitForFunction(() => document.querySelector('.drive-chooser option:checked')?.textContent.includes('bend.csv'));
@@ -30,7 +21,7 @@ test('a dropped log opens, is estimated, and the page says how it was read', asy
 });
 
 test('a log without a magnetometer or positions says which estimators cannot run and why', async () => {
-  const { page, context } = await open(browser, server.url);
+  const { page, context } = await open(stage.browser, stage.url);
   await estimated(page);
   const rows = Array.from({ length: 500 }, (_, i) => `${(i * 0.02).toFixed(2)},0.1,0.0,-9.81,0,0,0.01,10`);
   await drop(page, [{ name: 'small.csv', text: `t,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z,speed\n${rows.join('\n')}\n` }]);
@@ -55,7 +46,7 @@ const BAD = [
 ];
 
 test('each bad input gets one sentence with the file, and the drive that was open stays', async (context) => {
-  const { page, context: browserContext, errors } = await open(browser, server.url);
+  const { page, context: browserContext, errors } = await open(stage.browser, stage.url);
   await estimated(page);
   const name = await openDrive(page);
   const headline = await page.locator('.headline').textContent();
@@ -78,7 +69,7 @@ test('each bad input gets one sentence with the file, and the drive that was ope
 });
 
 test('a mapping dropped with its log is used, and one that is not JSON is refused', async () => {
-  const { page, context } = await open(browser, server.url);
+  const { page, context } = await open(stage.browser, stage.url);
   await estimated(page);
   await drop(page, [{ name: 'bend.csv', text: bendCsv(5) }, { name: 'map.json', text: '{"signals": ' }]);
   await page.locator('[role=alert]').getByText('map.json').waitFor();
@@ -98,7 +89,7 @@ test('a mapping dropped with its log is used, and one that is not JSON is refuse
 });
 
 test('results can be saved as CSV with the names of the core', async () => {
-  const { page, context } = await open(browser, server.url);
+  const { page, context } = await open(stage.browser, stage.url);
   await estimated(page);
   await page.getByRole('button', { name: 'Export' }).click();
   const download = page.waitForEvent('download');

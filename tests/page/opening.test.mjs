@@ -1,22 +1,13 @@
 /** The page opens with an estimated drive, talks to nobody else, and can be stopped. */
 
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import { estimated, launch, open, serve } from './support.mjs';
+import { test } from 'node:test';
+import { estimated, open, staged } from './support.mjs';
 
-let server;
-let browser;
-before(async () => {
-  server = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  server?.close();
-});
+const stage = staged();
 
 test('the page opens with the built-in drive estimated in all four views, without an error', async () => {
-  const { page, context, errors } = await open(browser, server.url);
+  const { page, context, errors } = await open(stage.browser, stage.url);
   await estimated(page);
   for (const lane of ['Roll', 'Pitch', 'Yaw', 'Grade', 'Speed']) {
     const estimate = page.locator('.lane', { has: page.getByRole('heading', { name: lane }) }).locator('.legend-entry', { hasText: 'estimate' });
@@ -36,9 +27,9 @@ test('the page opens with the built-in drive estimated in all four views, withou
 });
 
 test('no request leaves for another host, and the policy forbids it to any script', async () => {
-  const { page, context, requests } = await open(browser, server.url);
+  const { page, context, requests } = await open(stage.browser, stage.url);
   await estimated(page);
-  const host = new URL(server.url).host;
+  const host = new URL(stage.url).host;
   assert.ok(requests.length > 3);
   const foreign = requests.filter((url) => !/^(data|blob):/.test(url) && new URL(url).host !== host);
   assert.deepEqual(foreign, []);
@@ -54,7 +45,7 @@ test('no request leaves for another host, and the policy forbids it to any scrip
 });
 
 test('estimating can be stopped and taken up again', async () => {
-  const { page, context, errors } = await open(browser, server.url);
+  const { page, context, errors } = await open(stage.browser, stage.url);
   // From inside the page, as often as it takes: a fast machine leaves little time between a run's start and its end.
   await page.waitForFunction(() => {
     const status = document.querySelector('.status');
@@ -72,7 +63,7 @@ test('estimating can be stopped and taken up again', async () => {
 });
 
 test('opening can be stopped and the drive that was open stays', async () => {
-  const { page, context } = await open(browser, server.url);
+  const { page, context } = await open(stage.browser, stage.url);
   await estimated(page);
   const before = await page.locator('.headline').textContent();
   const names = await page.locator('.drive-chooser option').evaluateAll((options) => options.map((o) => o.value));
@@ -94,7 +85,7 @@ test('opening can be stopped and the drive that was open stays', async () => {
 });
 
 test('an address brings back the parameters that were tuned', async () => {
-  const { page, context } = await open(browser, server.url);
+  const { page, context } = await open(stage.browser, stage.url);
   await estimated(page);
   const slider = page.locator('.param input[type=range]:enabled').first();
   await slider.focus();
@@ -103,7 +94,7 @@ test('an address brings back the parameters that were tuned', async () => {
   const address = page.url();
   const value = await slider.inputValue();
   await context.close();
-  const again = await open(browser, address);
+  const again = await open(stage.browser, address);
   await estimated(again.page);
   assert.equal(await again.page.locator('.param input[type=range]:enabled').first().inputValue(), value);
   assert.equal(await again.page.locator('.param.changed').count(), 1);

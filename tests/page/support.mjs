@@ -4,6 +4,7 @@ import { execFileSync } from 'node:child_process';
 import { createReadStream, existsSync, statSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { createRequire } from 'node:module';
+import { after, before } from 'node:test';
 import { extname, join, normalize } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
@@ -45,6 +46,22 @@ export function launch() {
   const executablePath = process.env.CHROMIUM || execFileSync('which', ['chromium']).toString().trim();
   const args = ['--no-sandbox', '--disable-gpu', '--disable-background-networking', '--disable-component-update', '--disable-sync'];
   return chromium.launch({ executablePath, args });
+}
+
+/** The page's address and a browser, there from a file's first test to its last. */
+export function staged() {
+  const stage = {};
+  let server;
+  before(async () => {
+    server = await serve();
+    stage.url = server.url;
+    stage.browser = await launch();
+  });
+  after(async () => {
+    await stage.browser?.close();
+    server?.close();
+  });
+  return stage;
 }
 
 /**

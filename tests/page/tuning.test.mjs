@@ -1,19 +1,10 @@
 /** Moving a parameter runs its estimator again and says what changed. */
 
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
-import { estimated, launch, open, serve } from './support.mjs';
+import { test } from 'node:test';
+import { estimated, open, staged } from './support.mjs';
 
-let server;
-let browser;
-before(async () => {
-  server = await serve();
-  browser = await launch();
-});
-after(async () => {
-  await browser?.close();
-  server?.close();
-});
+const stage = staged();
 
 /** The numbers of the headline. */
 async function numbers(page) {
@@ -37,7 +28,7 @@ async function moveSomething(page) {
 
 for (const [tab, view, lane] of [['orientation', '1', 'Roll'], ['slope', '2', 'Grade'], ['gnss_ins', '4', null], ['motion_mode', '3', 'Statistic']]) {
   test(`moving a slider of ${tab} changes the printed number, keeps the old curve and can be undone`, async () => {
-    const { page, context, errors } = await open(browser, server.url);
+    const { page, context, errors } = await open(stage.browser, stage.url);
     await estimated(page);
     await page.locator(`#tab-${tab}`).click();
     const [first] = await numbers(page);
@@ -72,7 +63,7 @@ for (const [tab, view, lane] of [['orientation', '1', 'Roll'], ['slope', '2', 'G
 }
 
 test('the curve before can be kept over several changes and cleared', async () => {
-  const { page, context } = await open(browser, server.url);
+  const { page, context } = await open(stage.browser, stage.url);
   await estimated(page);
   await page.locator('#tab-slope').click();
   await moveSomething(page);
@@ -91,7 +82,7 @@ test('the curve before can be kept over several changes and cleared', async () =
 });
 
 test('a number out of range is refused where it was typed', async () => {
-  const { page, context } = await open(browser, server.url);
+  const { page, context } = await open(stage.browser, stage.url);
   await estimated(page);
   const field = page.locator('.param input.number:enabled').first();
   const before = await page.locator('.param.changed').count();
