@@ -1,7 +1,7 @@
 //! What a step, a megabyte of CSV and an hour of driving cost. The same work runs natively (`drivescope bench`) and in a
 //! browser (the door's `bench_json`); `cargo xtask bench` sets both side by side.
 
-use drivescope_drive::channel::{Channel, Record, Series};
+use drivescope_drive::channel::{Channel, Record};
 use drivescope_drive::csv::write_drive;
 use drivescope_drive::drive::Drive;
 use drivescope_estimation::registry::{ESTIMATORS, run_by_name};
@@ -56,9 +56,9 @@ fn hour(drive: &Drive) -> Result<Drive, String> {
         baro: repeat(&drive.baro, period)?,
         accel_array: repeat(&drive.accel_array, period)?,
         range: repeat(&drive.range, period)?,
-        truth: Series::default(),
         vehicle: drive.vehicle.clone(),
         rear_axle: drive.rear_axle,
+        ..Drive::default()
     })
 }
 

@@ -68,6 +68,9 @@ enum Command {
         /// Where the log goes, as CSV.
         #[arg(long, value_name = "LOG.csv")]
         out: PathBuf,
+        /// Where the ranges of single satellites go, as CSV, for drives that have them.
+        #[arg(long, value_name = "FILE")]
+        gnss_raw: Option<PathBuf>,
     },
     /// Measure what a step, a megabyte of CSV and an hour of driving cost; prints JSON.
     #[command(hide = true)]
@@ -104,7 +107,7 @@ fn main() -> ExitCode {
         Command::Run { log, estimator, params, set, vehicle, out, metrics } => {
             run(&log, &estimator, params.as_deref(), &set, vehicle.as_deref(), &out, metrics.as_deref())
         }
-        Command::Simulate { drive, seed, out } => simulate(&drive, seed, &out),
+        Command::Simulate { drive, seed, out, gnss_raw } => simulate(&drive, seed, &out, gnss_raw.as_deref()),
         Command::Bench { quick, .. } => {
             let begin = std::time::Instant::now();
             let report = drivescope_bench::bench_json(|| begin.elapsed().as_secs_f64(), quick);
@@ -180,7 +183,12 @@ fn parameters(file: Option<&std::path::Path>, set: &[String]) -> Result<Value, S
     Ok(Value::Object(values))
 }
 
-fn simulate(drive: &str, seed: Option<u64>, out: &std::path::Path) -> Result<(), Sentence> {
+fn simulate(
+    drive: &str,
+    seed: Option<u64>,
+    out: &std::path::Path,
+    gnss_raw: Option<&std::path::Path>,
+) -> Result<(), Sentence> {
     let spec = match drivescope_simulation::named(drive) {
         Some(spec) => spec,
         None if drive.ends_with(".json") => {
@@ -191,6 +199,16 @@ fn simulate(drive: &str, seed: Option<u64>, out: &std::path::Path) -> Result<(),
             return Err(format!("there is no built-in drive `{drive}` (see `list drives`), and it is not a JSON file"));
         }
     };
+    if gnss_raw.is_some() && !spec.has_satellites() {
+        return Err(format!(
+            "--gnss-raw: the receiver of `{}` gives fixes only; its drive needs `satellites`",
+            spec.name
+        ));
+    }
     let drive = drivescope_simulation::simulate(&spec, seed).map_err(|e| e.to_string())?;
-    output::write(out, |file| drivescope_drive::csv::write_drive(&drive, file))
+    output::write(out, |file| drivescope_drive::csv::write_drive(&drive, file))?;
+    match gnss_raw {
+        Some(path) => output::write(path, |file| drivescope_drive::csv::write_raw_gnss(&drive.raw_gnss, file)),
+        None => Ok(()),
+    }
 }

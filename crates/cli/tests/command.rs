@@ -115,6 +115,23 @@ fn a_simulated_drive_is_written_and_opens_again() {
 }
 
 #[test]
+fn raw_ranges_are_written_and_read_beside_the_log_and_refused_where_there_are_none() {
+    let folder = Folder::new("raw");
+    let (out, raw) = (folder.path("log.csv"), folder.path("raw.csv"));
+    let run = drivescope(&["simulate", "table1", "--out", &out, "--gnss-raw", &raw]);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let text = fs::read_to_string(&raw).unwrap();
+    assert!(text.starts_with("t,prn,sat_x,sat_y,sat_z,sat_vx,sat_vy,sat_vz,pr,prr\n0,"), "{}", &text[..80]);
+    let info = drivescope(&["info", &out, "--gnss-raw", &raw]);
+    assert!(String::from_utf8_lossy(&info.stdout).contains("raw gnss: 14"), "an instant a second for 140 s");
+    let cut = folder.file("cut.csv", text.replace("sat_z", "z"));
+    let refused = drivescope(&["info", &out, "--gnss-raw", &cut]);
+    assert!(refused.status.code() == Some(2) && String::from_utf8_lossy(&refused.stderr).contains("`sat_z`"));
+    let none = drivescope(&["simulate", "j_turn", "--out", &out, "--gnss-raw", &raw]);
+    assert!(none.status.code() == Some(2) && String::from_utf8_lossy(&none.stderr).contains("`satellites`"));
+}
+
+#[test]
 fn lists_name_everything_there_is() {
     for (what, part) in [
         ("estimators", "gnss_ins"),

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use crate::channel::Series;
 use crate::drive::Drive;
+use crate::satellites::{RAW_COLUMNS, RawGnss};
 
 /// Unit of a canonical column in a file: SI, but degrees for latitude and longitude.
 pub fn file_unit(name: &str, unit: &'static str) -> &'static str {
@@ -83,6 +84,24 @@ pub fn write_drive(drive: &Drive, out: &mut impl Write) -> io::Result<()> {
         }
         writeln!(out)?;
     }
+}
+
+/// Write raw ranges: one row per satellite and instant, as `t`, then [`RAW_COLUMNS`].
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_raw_gnss(raw: &RawGnss, out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "t,{}", RAW_COLUMNS.join(","))?;
+    for (time, satellites) in raw.iter() {
+        for satellite in satellites {
+            write!(out, "{time}")?;
+            for value in satellite.cells() {
+                cell(out, value)?;
+            }
+            writeln!(out)?;
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

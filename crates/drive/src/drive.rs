@@ -2,6 +2,7 @@
 
 use crate::channel::{Channel, Record, Series};
 use crate::geodesy::Geodetic;
+use crate::satellites::{RAW_COLUMNS, RawGnss, Satellite};
 use crate::signals::{AccelArray, Baro, Gnss, Imu, Mag, Range, Steering, Wheels};
 use crate::vehicle::VehicleParams;
 
@@ -20,6 +21,8 @@ pub struct Drive {
     pub steering: Channel<Steering>,
     /// Satellite fixes.
     pub gnss: Channel<Gnss>,
+    /// Ranges of single satellites; empty where the receiver gives fixes only.
+    pub raw_gnss: RawGnss,
     /// Barometer.
     pub baro: Channel<Baro>,
     /// Six-accelerometer disk.
@@ -34,9 +37,9 @@ pub struct Drive {
     pub rear_axle: Option<f64>,
 }
 
-/// Everything measured at one instant.
+/// Everything measured at one instant; ranges of single satellites stay in the drive and are lent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Epoch {
+pub struct Epoch<'a> {
     /// Time, s.
     pub time: f64,
     /// Inertial sensor.
@@ -55,18 +58,20 @@ pub struct Epoch {
     pub accel_array: Option<AccelArray>,
     /// Ultrasonic ring.
     pub range: Option<Range>,
+    /// Ranges of the satellites then in view, at least one.
+    pub raw_gnss: Option<&'a [Satellite]>,
 }
 
 /// Where a pass over the epochs stands. Holds no borrow, so that a pass can stop and go on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EpochCursor {
-    next: [usize; 8],
+    next: [usize; 9],
     passed: usize,
 }
 
 impl EpochCursor {
     /// The next epoch of `drive`; `None` at its end. Channels that share an instant share the epoch.
-    pub fn next(&mut self, drive: &Drive) -> Option<Epoch> {
+    pub fn next<'a>(&mut self, drive: &'a Drive) -> Option<Epoch<'a>> {
         fn due<R: Record>(channel: &Channel<R>, next: usize) -> f64 {
             channel.time().get(next).copied().unwrap_or(f64::INFINITY)
         }
@@ -85,11 +90,14 @@ impl EpochCursor {
             .min(due(&drive.gnss, n[4]))
             .min(due(&drive.baro, n[5]))
             .min(due(&drive.accel_array, n[6]))
-            .min(due(&drive.range, n[7]));
+            .min(due(&drive.range, n[7]))
+            .min(drive.raw_gnss.time().get(n[8]).copied().unwrap_or(f64::INFINITY));
         if time == f64::INFINITY {
             return None;
         }
         let before: usize = n.iter().sum();
+        let raw_gnss = (drive.raw_gnss.time().get(n[8]) == Some(&time)).then(|| drive.raw_gnss.at(n[8]).1);
+        n[8] += usize::from(raw_gnss.is_some());
         let epoch = Epoch {
             time,
             imu: take(&drive.imu, &mut n[0], time),
@@ -100,6 +108,7 @@ impl EpochCursor {
             baro: take(&drive.baro, &mut n[5], time),
             accel_array: take(&drive.accel_array, &mut n[6], time),
             range: take(&drive.range, &mut n[7], time),
+            raw_gnss,
         };
         self.passed += n.iter().sum::<usize>() - before;
         Some(epoch)
@@ -146,6 +155,8 @@ pub enum Signal {
     BaroAltitude,
     /// Six-accelerometer disk.
     AccelArray,
+    /// Ranges of single satellites.
+    RawGnss,
 }
 
 impl Signal {
@@ -167,6 +178,7 @@ impl Signal {
             Self::GnssVerticalVelocity => "GNSS vertical velocity",
             Self::BaroAltitude => "barometric altitude",
             Self::AccelArray => "six-accelerometer disk",
+            Self::RawGnss => "raw GNSS ranges",
         }
     }
 }
@@ -216,19 +228,22 @@ impl Drive {
     pub fn channel_summaries(&self) -> Vec<ChannelSummary> {
         const NAMES: [&str; 8] =
             ["inertial", "magnetometer", "wheels", "steering", "gnss", "barometer", "accelerometer disk", "range"];
-        (NAMES.iter().zip(self.channels()).filter(|(_, c)| !c.is_empty()))
-            .map(|(name, c)| {
-                let time = c.time();
-                let columns = c.schema().iter().map(|c| c.name).filter(|n| c.has(n)).collect();
-                let rate = (time.len() - 1) as f64 / (time[time.len() - 1] - time[0]);
-                ChannelSummary { name, rows: time.len(), rate: if rate.is_finite() { rate } else { 0.0 }, columns }
-            })
-            .collect()
+        fn summary(name: &'static str, time: &[f64], columns: Vec<&'static str>) -> ChannelSummary {
+            let rate = (time.len() - 1) as f64 / (time[time.len() - 1] - time[0]);
+            ChannelSummary { name, rows: time.len(), rate: if rate.is_finite() { rate } else { 0.0 }, columns }
+        }
+        let mut all: Vec<ChannelSummary> = (NAMES.iter().zip(self.channels()).filter(|(_, c)| !c.is_empty()))
+            .map(|(name, c)| summary(name, c.time(), c.schema().iter().map(|c| c.name).filter(|n| c.has(n)).collect()))
+            .collect();
+        if !self.raw_gnss.is_empty() {
+            all.push(summary("raw gnss", self.raw_gnss.time(), RAW_COLUMNS.to_vec()));
+        }
+        all
     }
 
     /// Number of samples over all channels.
     pub fn sample_count(&self) -> usize {
-        self.channels().iter().map(|c| c.len()).sum()
+        self.channels().iter().map(|c| c.len()).sum::<usize>() + self.raw_gnss.len()
     }
 
     /// First and last instant of any channel, s; `None` for an empty drive.
@@ -237,7 +252,9 @@ impl Drive {
             .channels()
             .into_iter()
             .chain([&self.truth])
-            .filter_map(|c| Some((*c.time().first()?, *c.time().last()?)));
+            .map(Series::time)
+            .chain([self.raw_gnss.time()])
+            .filter_map(|time| Some((*time.first()?, *time.last()?)));
         ends.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
     }
 
@@ -247,7 +264,7 @@ impl Drive {
     }
 
     /// Everything measured, in time order.
-    pub fn epochs(&self) -> impl Iterator<Item = Epoch> + '_ {
+    pub fn epochs(&self) -> impl Iterator<Item = Epoch<'_>> {
         let mut cursor = EpochCursor::default();
         std::iter::from_fn(move || cursor.next(self))
     }
@@ -273,6 +290,7 @@ impl Drive {
             Signal::GnssVerticalVelocity => has("gnss_vd"),
             Signal::BaroAltitude => has("baro_alt"),
             Signal::AccelArray => has("acc6_1") && has("acc6_6"),
+            Signal::RawGnss => !self.raw_gnss.is_empty(),
         }
     }
 
@@ -326,11 +344,28 @@ mod tests {
 
     #[test]
     fn epochs_come_in_time_order_and_share_an_instant() {
-        let epochs: Vec<Epoch> = drive().epochs().collect();
+        let d = drive();
+        let epochs: Vec<Epoch> = d.epochs().collect();
         assert_eq!(epochs.len(), 100, "50 inertial instants, ten of them with wheels, and 50 magnetic ones");
         assert!(epochs.is_sorted_by(|a, b| a.time < b.time));
         assert!(epochs[0].imu.is_some() && epochs[0].wheels.is_some() && epochs[0].mag.is_none());
         assert!(epochs[1].mag.is_some() && epochs[1].imu.is_none());
+    }
+
+    #[test]
+    fn raw_ranges_join_the_instant_they_belong_to_or_make_one() {
+        let mut d = drive();
+        let view = [Satellite { prn: 4, ..Satellite::default() }; 5];
+        d.raw_gnss.push(0.02, &view).unwrap();
+        d.raw_gnss.push(0.0217, &view[..2]).unwrap();
+        let epochs: Vec<Epoch> = d.epochs().collect();
+        assert_eq!(epochs.len(), 101);
+        let with: Vec<_> = epochs.iter().filter_map(|e| Some((e.time, e.imu.is_some(), e.raw_gnss?.len()))).collect();
+        assert_eq!(with, [(0.02, true, 5), (0.0217, false, 2)]);
+        let mut cursor = EpochCursor::default();
+        while cursor.next(&d).is_some() {}
+        assert_eq!(cursor.fraction(&d), 1.0);
+        assert!(d.has(Signal::RawGnss));
     }
 
     #[test]

@@ -11,7 +11,6 @@ use crate::earth::{Local, TangentFrame};
 use crate::motion::{Inertial, Motion, daejeon};
 use crate::plant::{Inputs, Plant, STEP};
 use crate::road::Road;
-use crate::sensors::satellites::RawGnss;
 use crate::sensors::suite::{Instant, Suite};
 use crate::spec::{DriveSpec, SpecError};
 use crate::truth;
@@ -131,11 +130,6 @@ impl Simulation {
         &self.drive
     }
 
-    /// The satellites seen so far, epoch by epoch; empty where the drive's fixes do not come from single satellites.
-    pub fn raw_gnss(&self) -> &[RawGnss] {
-        self.sensors.raw_gnss()
-    }
-
     /// The drive, simulated to its end, or to where it failed.
     pub fn finish(mut self) -> Drive {
         while !self.advance(60.0) {}
@@ -219,6 +213,10 @@ pub fn fingerprint(drive: &Drive) -> u64 {
     for series in drive.channels().into_iter().chain([&drive.truth]) {
         series.time().iter().for_each(&mut add);
         (0..series.schema().len()).flat_map(|i| series.column_at(i)).for_each(&mut add);
+    }
+    for (time, satellites) in drive.raw_gnss.iter() {
+        add(&time);
+        satellites.iter().for_each(|s| s.cells().iter().for_each(&mut add));
     }
     hash
 }

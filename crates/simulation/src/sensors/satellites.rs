@@ -4,7 +4,7 @@
 //! ranges in view, linear round the true place: the neglected second order of a 30 m error over 20,000 km is 0.05 mm.
 
 use drivescope_drive::geodesy::{EARTH_RATE, GM};
-use drivescope_drive::record;
+use drivescope_drive::satellites::Satellite;
 use drivescope_drive::signals::Gnss;
 use nalgebra::{Matrix4, Vector3, Vector4};
 
@@ -35,36 +35,6 @@ const CLOCK_NOISE: [f64; 2] = [0.009, 0.0355];
 /// Geometry is refused beyond this dilution.
 const WORST_PDOP: f64 = 30.0;
 
-record! {
-    /// A satellite as the receiver sees it at one instant; Earth-centred, Earth-fixed coordinates.
-    pub struct RawGnss {
-        /// Time of the epoch.
-        time: "s", name "t";
-        /// Number of the satellite.
-        prn: "1";
-        /// Satellite's place, first axis.
-        sat_x: "m";
-        /// Satellite's place, second axis.
-        sat_y: "m";
-        /// Satellite's place, third axis.
-        sat_z: "m";
-        /// Satellite's velocity, first axis.
-        sat_vx: "m/s";
-        /// Satellite's velocity, second axis.
-        sat_vy: "m/s";
-        /// Satellite's velocity, third axis.
-        sat_vz: "m/s";
-        /// Pseudorange.
-        pr: "m";
-        /// Rate of the pseudorange.
-        prr: "m/s";
-        /// Elevation.
-        elevation: "rad";
-        /// Azimuth, clockwise from true north.
-        azimuth: "rad";
-    }
-}
-
 /// Place (m) and velocity (m/s) of a satellite, 0 to 29, at a time of the drive, s; Earth-fixed.
 pub fn satellite(index: usize, time: f64) -> (Vector3<f64>, Vector3<f64>) {
     let tau = std::f64::consts::TAU;
@@ -91,9 +61,9 @@ pub struct Receiver {
     slowest_course: f64,
 }
 
-/// A satellite in view: its row, direction from the receiver (north, east, down), errors of range and rate.
+/// A satellite in view: what is measured of it, direction from the receiver (north, east, down), errors of range and rate.
 struct InView {
-    row: RawGnss,
+    seen: Satellite,
     direction: Vector3<f64>,
     error: [f64; 2],
 }
@@ -107,12 +77,12 @@ impl Receiver {
         Self { errors, clock: CLOCK, step, rng, faults: faults.to_vec(), jumps, slowest_course }
     }
 
-    /// The next epoch: the satellites in view go to `rows`, their fix is returned.
-    pub fn next(&mut self, time: f64, motion: &Motion, outage: bool, rows: &mut Vec<RawGnss>) -> Gnss {
+    /// The next epoch: the satellites in view go to `satellites`, their fix is returned.
+    pub fn next(&mut self, time: f64, motion: &Motion, outage: bool, satellites: &mut Vec<Satellite>) -> Gnss {
         self.run_clock(time);
         let mut view = self.look(time, motion, outage);
         self.reflect(time, &mut view);
-        rows.extend(view.iter().map(|v| v.row));
+        satellites.extend(view.iter().map(|v| v.seen));
         self.fix(motion, &view).unwrap_or(Gnss { valid: 0.0, satellites: view.len() as f64, ..Gnss::default() })
     }
 
@@ -145,21 +115,14 @@ impl Receiver {
                 continue;
             }
             let rate = direction.dot(&(to_ned * velocity - motion.velocity));
-            let row = RawGnss {
-                time,
-                prn: (index + 1) as f64,
-                sat_x: place.x,
-                sat_y: place.y,
-                sat_z: place.z,
-                sat_vx: velocity.x,
-                sat_vy: velocity.y,
-                sat_vz: velocity.z,
-                pr: range + self.clock[0] + error[0],
-                prr: rate + self.clock[1] + error[1],
-                elevation: libm::asin(-direction.z),
-                azimuth: libm::atan2(direction.y, direction.x),
+            let seen = Satellite {
+                prn: index as u32 + 1,
+                place,
+                velocity,
+                range: range + self.clock[0] + error[0],
+                rate: rate + self.clock[1] + error[1],
             };
-            view.push(InView { row, direction, error });
+            view.push(InView { seen, direction, error });
         }
         view
     }
@@ -175,9 +138,9 @@ impl Receiver {
         for fault in self.faults.iter().filter(|f| f.kind == FaultKind::Multipath && f.acts(time)) {
             let size = fault.size.unwrap_or(18.0);
             for (index, factor) in [(first, 1.0), (second, 26.0 / 18.0)] {
-                if let Some(seen) = index.and_then(|k| view.get_mut(k)) {
-                    seen.row.pr += size * factor;
-                    seen.error[0] += size * factor;
+                if let Some(low) = index.and_then(|k| view.get_mut(k)) {
+                    low.seen.range += size * factor;
+                    low.error[0] += size * factor;
                 }
             }
         }

@@ -4,10 +4,11 @@ use std::collections::VecDeque;
 
 use drivescope_drive::channel::{MAX_COLUMNS, OutOfOrder, Record};
 use drivescope_drive::drive::Drive;
+use drivescope_drive::satellites::Satellite;
 use drivescope_drive::signals::{Imu, Steering, Wheels};
 use nalgebra::Vector3;
 
-use super::satellites::{RawGnss, Receiver};
+use super::satellites::Receiver;
 use super::{car::CarSensors, disk::Disk, imu::ImuSensor, mag::MagSensor, magnetic, ring::Ring};
 use super::{position::BaroSensor, position::GnssSensor};
 use crate::driver::PERIOD;
@@ -110,7 +111,7 @@ pub struct Suite {
     dark: Vec<(f64, f64)>,
     faults: Vec<Fault>,
     meddler: Meddler,
-    raw: Vec<RawGnss>,
+    view: Vec<Satellite>,
 }
 
 impl Suite {
@@ -147,18 +148,13 @@ impl Suite {
                 .collect(),
             faults: spec.faults.clone(),
             meddler: Meddler(spec.faults.iter().filter(on_signal).map(|f| (f.clone(), None)).collect()),
-            raw: Vec::new(),
+            view: Vec::new(),
         })
     }
 
     /// Biases of the inertial sensor now.
     pub fn biases(&self) -> Biases {
         Biases { accel: self.imu.accel_bias(), gyro: self.imu.gyro_bias() }
-    }
-
-    /// The satellites seen so far.
-    pub fn raw_gnss(&self) -> &[RawGnss] {
-        &self.raw
     }
 
     /// Record an instant.
@@ -182,11 +178,13 @@ impl Suite {
         let late = self.late_fix.pass(*motion);
         if now.sample.is_multiple_of(self.gnss_every) {
             let outage = self.dark.iter().any(|&(start, duration)| time >= start && time < start + duration);
+            self.view.clear();
             let fix = match &mut self.fixes {
                 Fixes::Stated(sensor) => sensor.next(&late, outage),
-                Fixes::Solved(receiver) => receiver.next(time, &late, outage, &mut self.raw),
+                Fixes::Solved(receiver) => receiver.next(time, &late, outage, &mut self.view),
             };
             drive.gnss.push(time, self.meddler.apply(time, fix))?;
+            drive.raw_gnss.push(time, &self.view)?;
         }
         if now.sample.is_multiple_of(SLOW_EVERY) {
             drive.baro.push(time, self.meddler.apply(time, self.baro.next(motion)))?;
