@@ -288,9 +288,13 @@ macro_rules! record {
             fn default() -> Self { Self { $( $field: f64::NAN, )+ } }
         }
         impl $crate::channel::Record for $name {
-            const COLUMNS: &'static [$crate::channel::Column] = &[ $(
-                $crate::channel::Column::new(stringify!($field), $unit, concat!($($doc),+)) $( .$key($val) )*
-            ),+ ];
+            const COLUMNS: &'static [$crate::channel::Column] = {
+                // One copy in the program, where a constant would be copied to every crate that names it.
+                static TABLE: [$crate::channel::Column; [ $( stringify!($field) ),+ ].len()] = [ $(
+                    $crate::channel::Column::new(stringify!($field), $unit, concat!($($doc),+)) $( .$key($val) )*
+                ),+ ];
+                &TABLE
+            };
             fn write(&self, row: &mut [f64]) {
                 let fields = [ $( self.$field ),+ ];
                 row[..fields.len()].copy_from_slice(&fields);
