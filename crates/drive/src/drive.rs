@@ -62,62 +62,94 @@ pub struct Epoch<'a> {
     pub raw_gnss: Option<&'a [Satellite]>,
 }
 
+/// Number of channels that are merged.
+const CHANNELS: usize = 9;
+
 /// Where a pass over the epochs stands. Holds no borrow, so that a pass can stop and go on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EpochCursor {
-    next: [usize; 9],
-    passed: usize,
+    next: [usize; CHANNELS],
 }
 
-impl EpochCursor {
-    /// The next epoch of `drive`; `None` at its end. Channels that share an instant share the epoch.
-    pub fn next<'a>(&mut self, drive: &'a Drive) -> Option<Epoch<'a>> {
-        fn due<R: Record>(channel: &Channel<R>, next: usize) -> f64 {
-            channel.time().get(next).copied().unwrap_or(f64::INFINITY)
-        }
-        fn take<R: Record>(channel: &Channel<R>, next: &mut usize, time: f64) -> Option<R> {
-            if due(channel, *next) != time {
-                return None;
+/// Epochs of a drive in time order, from where a cursor stands; one epoch is filled over and over.
+#[derive(Debug)]
+pub struct Pass<'a, 'c> {
+    drive: &'a Drive,
+    cursor: &'c mut EpochCursor,
+    /// Time of each channel's next sample, s; infinite at its end.
+    due: [f64; CHANNELS],
+    epoch: Epoch<'a>,
+}
+
+fn due(times: &[f64], next: usize) -> f64 {
+    times.get(next).copied().unwrap_or(f64::INFINITY)
+}
+
+/// Put the sample that is due at `time` into its place, or empty the place.
+#[inline(always)]
+fn fill<R: Record>(channel: &Channel<R>, time: f64, next: &mut usize, due_time: &mut f64, place: &mut Option<R>) {
+    if *due_time == time {
+        *place = Some(channel.at(*next).1);
+        *next += 1;
+        *due_time = due(channel.time(), *next);
+    } else if place.is_some() {
+        *place = None;
+    }
+}
+
+impl<'a> Pass<'a, '_> {
+    /// The next epoch; `None` at the drive's end. Channels that share an instant share the epoch.
+    #[expect(clippy::should_implement_trait, reason = "the epoch is lent, which an iterator cannot do")]
+    #[inline]
+    pub fn next(&mut self) -> Option<&Epoch<'a>> {
+        let mut time = f64::INFINITY;
+        for &due in &self.due {
+            // No time is NaN; `f64::min` would look.
+            if due < time {
+                time = due;
             }
-            *next += 1;
-            Some(channel.at(*next - 1).1)
         }
-        let n = &mut self.next;
-        let time = due(&drive.imu, n[0])
-            .min(due(&drive.mag, n[1]))
-            .min(due(&drive.wheels, n[2]))
-            .min(due(&drive.steering, n[3]))
-            .min(due(&drive.gnss, n[4]))
-            .min(due(&drive.baro, n[5]))
-            .min(due(&drive.accel_array, n[6]))
-            .min(due(&drive.range, n[7]))
-            .min(drive.raw_gnss.time().get(n[8]).copied().unwrap_or(f64::INFINITY));
         if time == f64::INFINITY {
             return None;
         }
-        let before: usize = n.iter().sum();
-        let raw_gnss = (drive.raw_gnss.time().get(n[8]) == Some(&time)).then(|| drive.raw_gnss.at(n[8]).1);
-        n[8] += usize::from(raw_gnss.is_some());
-        let epoch = Epoch {
-            time,
-            imu: take(&drive.imu, &mut n[0], time),
-            mag: take(&drive.mag, &mut n[1], time),
-            wheels: take(&drive.wheels, &mut n[2], time),
-            steering: take(&drive.steering, &mut n[3], time),
-            gnss: take(&drive.gnss, &mut n[4], time),
-            baro: take(&drive.baro, &mut n[5], time),
-            accel_array: take(&drive.accel_array, &mut n[6], time),
-            range: take(&drive.range, &mut n[7], time),
-            raw_gnss,
-        };
-        self.passed += n.iter().sum::<usize>() - before;
+        let (drive, n, due, epoch) = (self.drive, &mut self.cursor.next, &mut self.due, &mut self.epoch);
+        epoch.time = time;
+        fill(&drive.imu, time, &mut n[0], &mut due[0], &mut epoch.imu);
+        fill(&drive.mag, time, &mut n[1], &mut due[1], &mut epoch.mag);
+        fill(&drive.wheels, time, &mut n[2], &mut due[2], &mut epoch.wheels);
+        fill(&drive.steering, time, &mut n[3], &mut due[3], &mut epoch.steering);
+        fill(&drive.gnss, time, &mut n[4], &mut due[4], &mut epoch.gnss);
+        fill(&drive.baro, time, &mut n[5], &mut due[5], &mut epoch.baro);
+        fill(&drive.accel_array, time, &mut n[6], &mut due[6], &mut epoch.accel_array);
+        fill(&drive.range, time, &mut n[7], &mut due[7], &mut epoch.range);
+        epoch.raw_gnss = None;
+        if due[8] == time {
+            epoch.raw_gnss = Some(drive.raw_gnss.at(n[8]).1);
+            n[8] += 1;
+            due[8] = self::due(drive.raw_gnss.time(), n[8]);
+        }
         Some(epoch)
+    }
+}
+
+impl EpochCursor {
+    /// The epochs of `drive` from here on; the cursor moves with them.
+    pub fn pass<'a, 'c>(&'c mut self, drive: &'a Drive) -> Pass<'a, 'c> {
+        let [imu, mag, wheels, steering, gnss, baro, accel_array, range] = drive.channels().map(Series::time);
+        let times = [imu, mag, wheels, steering, gnss, baro, accel_array, range, drive.raw_gnss.time()];
+        let due = std::array::from_fn(|i| due(times[i], self.next[i]));
+        Pass { drive, cursor: self, due, epoch: Epoch::default() }
+    }
+
+    /// The next epoch of `drive`; `None` at its end. A [`pass`](Self::pass) is cheaper where there are many.
+    pub fn next<'a>(&mut self, drive: &'a Drive) -> Option<Epoch<'a>> {
+        self.pass(drive).next().copied()
     }
 
     /// Share of the drive's samples already passed, 0 to 1.
     pub fn fraction(&self, drive: &Drive) -> f64 {
         let total = drive.sample_count();
-        if total == 0 { 1.0 } else { self.passed as f64 / total as f64 }
+        if total == 0 { 1.0 } else { self.next.iter().sum::<usize>() as f64 / total as f64 }
     }
 }
 
