@@ -202,6 +202,7 @@ export interface Comparison {
 export interface Door {
   catalogue(): Catalogue;
   sketch(name: string): Float64Array;
+  description(name: string): string;
   begin_simulation(name: string, seed: number | undefined, composed: string | undefined): void;
   begin_files(files: File[], mapping: string | undefined): void;
   open_some(budgetMs: number): Progress;

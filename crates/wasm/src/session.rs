@@ -61,6 +61,12 @@ impl Session {
         Float64Array::from(flat.as_slice())
     }
 
+    /// JSON of a built-in drive; empty if there is none of that name.
+    pub fn description(&self, name: &str) -> String {
+        let drive = drivescope_simulation::drives().iter().find(|d| d.name == name);
+        drive.map_or_else(String::new, |d| d.json().to_owned())
+    }
+
     /// Start simulating a built-in drive, or the one that the JSON text `composed` describes; `seed` undefined takes
     /// the drive's own.
     pub fn begin_simulation(&mut self, name: &str, seed: Option<f64>, composed: Option<String>) -> Result<(), JsError> {

@@ -14,6 +14,7 @@ export const en = {
     exportDrive: 'Measurements and truth (CSV)',
     exportTuning: 'Tuned parameters (JSON)',
     exportMapping: 'Column mapping (JSON)',
+    exportDescription: 'Description of this drive (JSON)',
     exportPlots: 'Plots (PNG)',
     copyLink: 'Copy a link to this state',
   },
@@ -27,7 +28,7 @@ export const en = {
     seedNote: 'All noise and every sensor’s biases come from it: same drive, same seed, same numbers.',
     withSeed: (title: string, seed: string) => `${title}, seed ${seed}`,
     facts: (duration: string, way: string, top: string) => `${duration} · ${way} · up to ${top}`,
-    compose: 'A drive of your own is a JSON file: drop it on the page to drive it. Every file that ships is short enough to begin with.',
+    compose: 'A drive of your own is a JSON file: drop it on the page to drive it. To begin with, export the JSON of one of these.',
   },
   display: {
     angle: 'Angles',

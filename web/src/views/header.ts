@@ -84,12 +84,14 @@ function exportMenu(store: Store, session: Session, actions: HeaderActions): HTM
   };
   const fill = (): void => {
     const report = store.report.value;
+    const builtIn = store.builtIn.value;
     const done = (store.catalogue.value?.estimators ?? []).filter((e) => store.run(e.name).value.reply);
     list.replaceChildren(
       ...done.map((e) => item(t.header.exportEstimates(e.title), () => csv(`${e.name}:current`, `_${e.name}`))),
       item(t.header.exportDrive, () => csv('drive', '')),
       item(t.header.exportTuning, () => save(`${name()}_params.json`, JSON.stringify(store.tuning.value.params, null, 2), 'application/json')),
       ...(report?.import ? [item(t.header.exportMapping, () => saveMapping(report))] : []),
+      ...(builtIn ? [item(t.header.exportDescription, async () => save(`${builtIn.name}.json`, await session.rpc.call('description', { name: builtIn.name }), 'application/json'))] : []),
       item(t.header.exportPlots, actions.savePictures),
       item(t.header.copyLink, () => navigator.clipboard.writeText(location.href)),
     );

@@ -32,6 +32,8 @@ export interface Operations {
   run: { takes: { estimator: string; params: Record<string, ParamValue>; vehicle: string | null }; gives: RunReply };
   /** Length, number of points, points, speeds; see the core. */
   sketch: { takes: { name: string }; gives: Float64Array };
+  /** JSON of a built-in drive. */
+  description: { takes: { name: string }; gives: string };
   keep_previous: { takes: { estimator: string; keep: boolean }; gives: null };
   drop_previous: { takes: { estimator: string }; gives: null };
   grid: { takes: { items: GridItem[]; t0: number; t1: number; buckets: number }; gives: GridReply };

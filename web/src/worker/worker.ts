@@ -159,6 +159,7 @@ const answers: {
     const flat = door.sketch(name);
     return [flat, [flat.buffer]];
   },
+  description: (door, { name }) => [door.description(name), []],
   keep_previous: (door, { estimator, keep }) => [(door.keep_previous(estimator, keep), null), []],
   drop_previous: (door, { estimator }) => [(door.drop_previous(estimator), null), []],
   grid: (door, { items, t0, t1, buckets }) => {
