@@ -74,7 +74,7 @@ async function hour(page, ten) {
       while (!condition()) await new Promise((resolve) => setTimeout(resolve, 2));
       return performance.now() - begin;
     };
-    const opened = await until(() => document.querySelector('.drive-chooser option:checked')?.textContent.includes('hour.csv'));
+    const opened = await until(() => document.querySelector('.drive-chooser')?.textContent.includes('hour.csv'));
     const done = await until(() => document.querySelector('.status').dataset.state === 'idle');
     return { megabytes: file.size / 1e6, opened, done };
   }, ten);

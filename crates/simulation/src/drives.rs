@@ -17,6 +17,13 @@ pub struct NamedDrive {
     json: &'static str,
 }
 
+impl NamedDrive {
+    /// Its file: what a drive of one's own can begin with.
+    pub fn json(&self) -> &'static str {
+        self.json
+    }
+}
+
 const DRIVES: &[NamedDrive] = &[
     NamedDrive {
         name: "city_hills",

@@ -1,7 +1,7 @@
 //! Opening a drive in steps: a simulation, or a file read slice by slice. The open drive stays until this has succeeded.
 
 use drivescope_drive::drive::Drive;
-use drivescope_import::{CsvReader, Mapping, OpenReport, open_table};
+use drivescope_import::{CsvReader, Mapping, OpenReport, Table, is_raw_gnss, open_table, raw_gnss};
 use drivescope_simulation::Simulation;
 use js_sys::{ArrayBuffer, Uint8Array};
 use wasm_bindgen::prelude::*;
@@ -34,7 +34,7 @@ pub enum Step {
 pub enum Opening {
     /// A drive that is being simulated.
     Simulation(Box<Simulation>),
-    /// A file that is being read.
+    /// Files that are being read, one after the other.
     Reading {
         /// The file.
         file: File,
@@ -44,15 +44,17 @@ pub enum Opening {
         reader: Box<CsvReader>,
         /// The mapping to use instead of a proposed one.
         mapping: Option<Mapping>,
+        /// Files that come after this one.
+        waiting: Vec<File>,
+        /// What was read before it.
+        tables: Vec<Table>,
     },
 }
 
 impl Opening {
-    /// Start on a file.
-    pub fn file(file: File, mapping: Option<Mapping>) -> Self {
-        let mut reader = Box::new(CsvReader::new(&file.name()));
-        reader.expect_bytes(file.size() as u64);
-        Self::Reading { file, offset: 0.0, reader, mapping }
+    /// Start on a file; `waiting` are the others that were dropped with it.
+    pub fn files(file: File, mapping: Option<Mapping>, waiting: Vec<File>) -> Self {
+        Self::Reading { reader: reader(&file), file, offset: 0.0, mapping, waiting, tables: Vec::new() }
     }
 
     /// Do one more piece of work: the drive, or what is left to do.
@@ -66,14 +68,19 @@ impl Opening {
             } else {
                 Step::More(Self::Simulation(simulation))
             }),
-            Self::Reading { file, offset, mut reader, mapping } if offset < file.size() => {
+            Self::Reading { file, offset, mut reader, mapping, waiting, tables } if offset < file.size() => {
                 reader.feed(&slice(&file, offset, SLICE)?).map_err(sentence)?;
-                Ok(Step::More(Self::Reading { file, offset: offset + SLICE, reader, mapping }))
+                Ok(Step::More(Self::Reading { file, offset: offset + SLICE, reader, mapping, waiting, tables }))
             }
-            Self::Reading { reader, mapping, .. } => {
-                let table = reader.finish().map_err(sentence)?;
-                let (drive, report) = open_table(table, mapping.as_ref()).map_err(sentence)?;
-                Ok(Step::Done(Box::new(Opened { drive, report: Some(report) })))
+            Self::Reading { reader: read, mapping, mut waiting, mut tables, .. } => {
+                tables.push(read.finish().map_err(sentence)?);
+                match waiting.pop() {
+                    Some(file) => {
+                        let reader = reader(&file);
+                        Ok(Step::More(Self::Reading { file, offset: 0.0, reader, mapping, waiting, tables }))
+                    }
+                    None => joined(tables, mapping.as_ref()),
+                }
             }
         }
     }
@@ -101,6 +108,25 @@ impl Opening {
             },
         }
     }
+}
+
+fn reader(file: &File) -> Box<CsvReader> {
+    let mut reader = Box::new(CsvReader::new(&file.name()));
+    reader.expect_bytes(file.size() as u64);
+    reader
+}
+
+/// The drive of one log, and of the raw ranges that were dropped with it.
+fn joined(tables: Vec<Table>, mapping: Option<&Mapping>) -> Result<Step, JsError> {
+    let (mut raw, mut logs): (Vec<Table>, Vec<Table>) = tables.into_iter().partition(is_raw_gnss);
+    let (Some(log), true) = (logs.pop(), logs.is_empty() && raw.len() < 2) else {
+        return Err(JsError::new("expected one log, alone or with its table of raw ranges (t, prn, sat_x, .., pr)"));
+    };
+    let (mut drive, report) = open_table(log, mapping).map_err(sentence)?;
+    if let Some(table) = raw.pop() {
+        drive.raw_gnss = raw_gnss(&table, report.mapping.time.offset).map_err(sentence)?;
+    }
+    Ok(Step::Done(Box::new(Opened { drive, report: Some(report) })))
 }
 
 fn slice(file: &File, offset: f64, length: f64) -> Result<Vec<u8>, JsError> {
