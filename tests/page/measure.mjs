@@ -51,7 +51,7 @@ async function measurements(page) {
   const download = page.waitForEvent('download');
   await page.getByRole('button', { name: 'Measurements and truth (CSV)' }).click();
   const text = (await (await (await download).createReadStream()).toArray()).join('');
-  const lines = text.trimEnd().split('\n');
+  const lines = text.trimEnd().split('\n').filter((line) => !line.startsWith('#'));
   const keep = lines[0].split(',').findIndex((name) => name.startsWith('truth_'));
   return lines.map((line) => line.split(',').slice(0, keep).join(',')).join('\n');
 }

@@ -132,6 +132,23 @@ fn raw_ranges_are_written_and_read_beside_the_log_and_refused_where_there_are_no
 }
 
 #[test]
+fn values_of_a_drive_are_set_from_the_command_line_or_refused_in_one_sentence() {
+    let folder = Folder::new("set");
+    let out = folder.path("log.csv");
+    let simulate =
+        |change: &str| drivescope(&["simulate", "u_drive", "--set", "duration=10", "--set", change, "--out", &out]);
+    assert!(simulate("sensors=ideal").status.success());
+    let ideal = fs::read_to_string(&out).unwrap();
+    assert!(ideal.lines().last().unwrap().starts_with("10,"), "{:?}", ideal.lines().last());
+    assert!(simulate("sensors=phone").status.success());
+    assert_ne!(fs::read_to_string(&out).unwrap(), ideal);
+    let refused = simulate("sensors=tape");
+    let sentence = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!((refused.status.code(), sentence.lines().count()), (Some(2), 1), "{sentence}");
+    assert!(sentence.contains("u_drive: `sensors` = \"tape\" is not known; there are automotive"), "{sentence}");
+}
+
+#[test]
 fn lists_name_everything_there_is() {
     for (what, part) in [
         ("estimators", "gnss_ins"),

@@ -161,7 +161,7 @@ const DRIVES: &[NamedDrive] = &[
     NamedDrive {
         name: "tunnel",
         title: "Tunnel and bridge",
-        doc: "Over a steel bridge and through a tunnel of 50 s: no satellites, a distorted magnetic field, a curve inside",
+        doc: "Over a steel bridge and through a tunnel of 1.1 km: no satellites, a distorted magnetic field, a curve inside",
         duration_hint: 147.5,
         json: include_str!("drives/tunnel.json"),
     },

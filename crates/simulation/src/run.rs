@@ -48,6 +48,7 @@ pub struct Simulation {
     drive: Drive,
     sample: u64,
     moved: (f64, f64),
+    end: f64,
     done: bool,
     failure: Option<SpecError>,
 }
@@ -93,6 +94,7 @@ impl Simulation {
             drive,
             sample: 0,
             moved: (0.0, 0.0),
+            end: spec.duration.unwrap_or(f64::INFINITY),
             done: false,
             failure: None,
         };
@@ -115,9 +117,13 @@ impl Simulation {
         self.failure.as_ref()
     }
 
-    /// Share of the road that lies behind, 0 to 1.
+    /// Share of the road, or of the time, that lies behind, 0 to 1.
     pub fn fraction(&self) -> f64 {
-        if self.done { 1.0 } else { (self.plant.patch().s / self.road.length()).clamp(0.0, 0.999) }
+        if self.done {
+            1.0
+        } else {
+            (self.plant.patch().s / self.road.length()).max(self.time() / self.end).clamp(0.0, 0.999)
+        }
     }
 
     /// Time reached, s.
@@ -152,7 +158,7 @@ impl Simulation {
         let turning = (self.motion.rate - before.rate) / PERIOD;
         let refused = self.record(&inertial, turning).is_err();
         self.failure = self.trouble();
-        self.done = refused || self.failure.is_some() || self.driver.is_done();
+        self.done = refused || self.failure.is_some() || self.driver.is_done() || self.time() >= self.end;
     }
 
     /// Why the drive cannot go on, if it cannot.

@@ -103,6 +103,31 @@ fn the_fix_comes_from_the_raw_rows_and_faults_reach_it_through_them() {
 }
 
 #[test]
+fn a_fault_on_a_stretch_of_road_acts_there_and_nowhere_else() {
+    let faults = r#""faults": [{"kind": "tunnel", "at": 100, "length": 80}, {"kind": "bias", "at": 200, "length": 20,
+        "signal": "gyro_z", "size": 0.1}],"#;
+    let (with, without) =
+        (simulate(&spec(STRAIGHT, faults), None).unwrap(), simulate(&spec(STRAIGHT, ""), None).unwrap());
+    // Straight to the north: what lies behind is the way north, some 2 cm off for the sensor's place on the pitching body.
+    for (k, &north) in truth(&with, "n").iter().enumerate() {
+        let inside = |from: f64, to: f64| (from + 0.1..to - 0.1).contains(&north);
+        let outside = |from: f64, to: f64| north < from - 0.1 || north > to + 0.1;
+        let shift = with.imu.at(k).1.gyro_z - without.imu.at(k).1.gyro_z;
+        assert!(!inside(200.0, 220.0) || (shift - 0.1).abs() < 1e-12, "at {north} m: {shift}");
+        assert!(!outside(200.0, 220.0) || shift == 0.0, "at {north} m: {shift}");
+        let same = with.mag.at(k) == without.mag.at(k);
+        assert!((!inside(100.0, 180.0) || !same) && (!outside(100.0, 180.0) || same), "at {north} m");
+    }
+    for (time, fix) in with.gnss.iter() {
+        let north = truth(&with, "n")[(time * 100.0).round() as usize];
+        assert!((north - 140.0).abs() > 39.0 || !fix.is_usable(), "at {north} m");
+    }
+    let both = r#""faults": [{"kind": "tunnel", "at": 100, "start": 80}],"#;
+    assert_eq!(error(STRAIGHT, both), "`faults[0]`: `start` and `duration`, or `at` and `length` along the road");
+    assert!(error(STRAIGHT, r#""faults": [{"kind": "tunnel"}],"#).contains("`start` and `duration`"));
+}
+
+#[test]
 fn a_bias_and_a_frozen_sensor_begin_and_end_when_they_should_and_touch_nothing_else() {
     let faults = r#""stand_at_start": 2, "faults": [
         {"kind": "bias", "start": 5, "duration": 3, "signal": "gyro_z", "size": 0.1},

@@ -35,26 +35,24 @@ pub enum Opening {
     /// A drive that is being simulated.
     Simulation(Box<Simulation>),
     /// Files that are being read, one after the other.
-    Reading {
-        /// The file.
-        file: File,
-        /// Bytes read so far.
-        offset: f64,
-        /// The reader they were fed to.
-        reader: Box<CsvReader>,
-        /// The mapping to use instead of a proposed one.
-        mapping: Option<Mapping>,
-        /// Files that come after this one.
-        waiting: Vec<File>,
-        /// What was read before it.
-        tables: Vec<Table>,
-    },
+    Reading(Box<Reading>),
+}
+
+/// Files on their way to a drive.
+pub struct Reading {
+    file: File,
+    offset: f64,
+    reader: CsvReader,
+    mapping: Option<Mapping>,
+    waiting: Vec<File>,
+    tables: Vec<Table>,
 }
 
 impl Opening {
     /// Start on a file; `waiting` are the others that were dropped with it.
     pub fn files(file: File, mapping: Option<Mapping>, waiting: Vec<File>) -> Self {
-        Self::Reading { reader: reader(&file), file, offset: 0.0, mapping, waiting, tables: Vec::new() }
+        let reader = reader(&file);
+        Self::Reading(Box::new(Reading { file, offset: 0.0, reader, mapping, waiting, tables: Vec::new() }))
     }
 
     /// Do one more piece of work: the drive, or what is left to do.
@@ -68,19 +66,21 @@ impl Opening {
             } else {
                 Step::More(Self::Simulation(simulation))
             }),
-            Self::Reading { file, offset, mut reader, mapping, waiting, tables } if offset < file.size() => {
-                reader.feed(&slice(&file, offset, SLICE)?).map_err(sentence)?;
-                Ok(Step::More(Self::Reading { file, offset: offset + SLICE, reader, mapping, waiting, tables }))
-            }
-            Self::Reading { reader: read, mapping, mut waiting, mut tables, .. } => {
-                tables.push(read.finish().map_err(sentence)?);
-                match waiting.pop() {
-                    Some(file) => {
-                        let reader = reader(&file);
-                        Ok(Step::More(Self::Reading { file, offset: 0.0, reader, mapping, waiting, tables }))
-                    }
-                    None => joined(tables, mapping.as_ref()),
+            Self::Reading(mut reading) => {
+                if reading.offset < reading.file.size() {
+                    reading.reader.feed(&slice(&reading.file, reading.offset, SLICE)?).map_err(sentence)?;
+                    reading.offset += SLICE;
+                    return Ok(Step::More(Self::Reading(reading)));
                 }
+                let Some(file) = reading.waiting.pop() else {
+                    let Reading { reader, mapping, mut tables, .. } = *reading;
+                    tables.push(reader.finish().map_err(sentence)?);
+                    return joined(tables, mapping.as_ref());
+                };
+                let read = std::mem::replace(&mut reading.reader, reader(&file));
+                reading.tables.push(read.finish().map_err(sentence)?);
+                (reading.file, reading.offset) = (file, 0.0);
+                Ok(Step::More(Self::Reading(reading)))
             }
         }
     }
@@ -89,7 +89,7 @@ impl Opening {
     pub fn so_far(&self) -> Option<&Drive> {
         match self {
             Self::Simulation(simulation) => Some(simulation.drive()),
-            Self::Reading { .. } => None,
+            Self::Reading(_) => None,
         }
     }
 
@@ -100,18 +100,18 @@ impl Opening {
                 let rows = s.drive().imu.len();
                 Progress { done: false, fraction: s.fraction(), stage: "simulating", rows }
             }
-            Self::Reading { file, offset, reader, .. } => Progress {
+            Self::Reading(r) => Progress {
                 done: false,
-                fraction: (offset / file.size()).min(1.0),
+                fraction: (r.offset / r.file.size()).min(1.0),
                 stage: "reading",
-                rows: reader.rows(),
+                rows: r.reader.rows(),
             },
         }
     }
 }
 
-fn reader(file: &File) -> Box<CsvReader> {
-    let mut reader = Box::new(CsvReader::new(&file.name()));
+fn reader(file: &File) -> CsvReader {
+    let mut reader = CsvReader::new(&file.name());
     reader.expect_bytes(file.size() as u64);
     reader
 }

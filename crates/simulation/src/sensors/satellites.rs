@@ -77,30 +77,36 @@ impl Receiver {
         Self { errors, clock: CLOCK, step, rng, faults: faults.to_vec(), jumps, slowest_course }
     }
 
-    /// The next epoch: the satellites in view go to `satellites`, their fix is returned.
-    pub fn next(&mut self, time: f64, motion: &Motion, outage: bool, satellites: &mut Vec<Satellite>) -> Gnss {
-        self.run_clock(time);
-        let mut view = self.look(time, motion, outage);
-        self.reflect(time, &mut view);
+    /// The next epoch, at a time (s) and a place along the road (m): the satellites in view go to `satellites`, their fix is returned.
+    pub fn next(
+        &mut self,
+        (time, s): (f64, f64),
+        motion: &Motion,
+        outage: bool,
+        satellites: &mut Vec<Satellite>,
+    ) -> Gnss {
+        self.run_clock(time, s);
+        let mut view = self.look((time, s), motion, outage);
+        self.reflect((time, s), &mut view);
         satellites.extend(view.iter().map(|v| v.seen));
         self.fix(motion, &view).unwrap_or(Gnss { valid: 0.0, satellites: view.len() as f64, ..Gnss::default() })
     }
 
-    fn run_clock(&mut self, time: f64) {
+    fn run_clock(&mut self, time: f64, s: f64) {
         let [phase, drift] = CLOCK_NOISE;
         self.clock[0] += self.clock[1] * self.step + (phase * self.step).sqrt() * self.rng.normal();
         self.clock[1] += (drift * self.step).sqrt() * self.rng.normal();
         for (fault, done) in self.faults.iter().zip(&mut self.jumps) {
-            if fault.kind == FaultKind::ClockJump && time >= fault.start && !*done {
+            if fault.kind == FaultKind::ClockJump && fault.has_begun(time, s) && !*done {
                 *done = true;
                 self.clock[0] += fault.size.unwrap_or(299_792.458);
             }
         }
     }
 
-    fn look(&mut self, time: f64, motion: &Motion, outage: bool) -> Vec<InView> {
+    fn look(&mut self, (time, s): (f64, f64), motion: &Motion, outage: bool) -> Vec<InView> {
         let (here, to_ned) = earth_centred(&motion.place);
-        let acts = |kind| self.faults.iter().any(|f| f.kind == kind && f.acts(time));
+        let acts = |kind| self.faults.iter().any(|f| f.kind == kind && f.acts(time, s));
         let mask = if acts(FaultKind::Canyon) { CANYON_SIN } else { MASK_SIN };
         let mut view = Vec::new();
         for index in 0..SATELLITES {
@@ -128,14 +134,14 @@ impl Receiver {
     }
 
     /// Lengthen the ranges of the two lowest satellites while there are reflections.
-    fn reflect(&self, time: f64, view: &mut [InView]) {
+    fn reflect(&self, (time, s): (f64, f64), view: &mut [InView]) {
         let lowest = |but: Option<usize>| {
             let others = (0..view.len()).filter(|k| Some(*k) != but);
             others.reduce(|a, b| if view[b].direction.z > view[a].direction.z { b } else { a })
         };
         let first = lowest(None);
         let second = lowest(first);
-        for fault in self.faults.iter().filter(|f| f.kind == FaultKind::Multipath && f.acts(time)) {
+        for fault in self.faults.iter().filter(|f| f.kind == FaultKind::Multipath && f.acts(time, s)) {
             let size = fault.size.unwrap_or(18.0);
             for (index, factor) in [(first, 1.0), (second, 26.0 / 18.0)] {
                 if let Some(low) = index.and_then(|k| view.get_mut(k)) {
