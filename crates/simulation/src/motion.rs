@@ -18,6 +18,8 @@ pub fn daejeon() -> Geodetic {
 
 /// Magnetic field there, north, east and down, uT: WMM2015v2 at 2016.2.
 pub const DAEJEON_FIELD: [f64; 3] = [30.1124, -4.2270, 40.1258];
+/// The moment of that field, s since 1970: when every simulated drive takes place.
+pub const FIELD_UNIX_TIME: f64 = 1_457_930_880.0;
 
 /// Averages over one step that an error-free inertial sensor reads, body axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
