@@ -35,7 +35,7 @@ use crate::estimator::{Estimator, EstimatorError, Need, Notices};
 
 pub use self::estimate::OrientationEstimate;
 pub use self::params::{FieldModel, OrientationParams, PitchForce, Variant};
-pub use self::reference_field::DEFAULT_YEAR;
+pub use self::reference_field::{DEFAULT_YEAR, reference_of};
 
 /// Standard gravity, m/s^2.
 const GRAVITY: f64 = 9.80665;

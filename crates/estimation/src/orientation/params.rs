@@ -56,9 +56,9 @@ params! {
         /// Decimal year of the World Magnetic Model; none takes the log's date, or 2026.0 where the log has none.
         field_year (""): optional, "1", 2015.0 ..= 2030.0, from "none: the log's date";
         /// Latitude of the World Magnetic Model; none takes the log's first place.
-        field_latitude (""): optional, "rad", -1.5708 ..= 1.5708, from "none: the log's place";
+        field_latitude (""): optional, "rad", -1.58 ..= 1.58, from "none: the log's place";
         /// Longitude of the World Magnetic Model, with its latitude.
-        field_longitude (""): optional, "rad", -3.1416 ..= 3.1416, from "none: the log's place";
+        field_longitude (""): optional, "rad", -3.15 ..= 3.15, from "none: the log's place";
         /// Error of each magnetometer axis; larger trusts the gyro and the springs more.
         field_sigma ("s_mag"): number = 0.6, "uT", 0.1 ..= 10.0 Log, from "SPEC orientation 4";
         /// Random walk of roll; larger follows the field more.

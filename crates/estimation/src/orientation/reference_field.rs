@@ -1,6 +1,6 @@
 //! The Earth's field that the measured one is compared with: from the World Magnetic Model, or typed in.
 
-use drivescope_drive::drive::LogStart;
+use drivescope_drive::drive::{Drive, LogStart};
 use drivescope_drive::geodesy::Geodetic;
 use drivescope_drive::magnetic_model::{FIRST_YEAR, LAST_YEAR, earth_field};
 use nalgebra::{Vector3, vector};
@@ -16,6 +16,13 @@ const NO_PLACE: &str = "the log has no place: the Earth's field is that of the t
 const NO_DATE: &str = "the log has no date: the Earth's field at its place is that of 2026.0 (parameter field_year)";
 const OLD_DATE: &str =
     "the World Magnetic Model covers 2015 to 2030: the Earth's field is that of the nearest of these years";
+
+/// The Earth's field (north, east, down; uT) that the estimator takes for a drive, and what had to be assumed for it.
+pub fn reference_of(drive: &Drive, params: &OrientationParams) -> (Vector3<f64>, Notices) {
+    let mut notices = Notices::default();
+    let field = reference_field(params, &drive.start(), &mut notices);
+    (field, notices)
+}
 
 /// North, east and down, uT. What had to be assumed becomes a notice.
 pub(super) fn reference_field(params: &OrientationParams, start: &LogStart, notices: &mut Notices) -> Vector3<f64> {
