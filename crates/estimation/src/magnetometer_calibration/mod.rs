@@ -28,8 +28,8 @@ use self::refine::Problem;
 use self::small::eigen;
 
 pub use self::along_road::{FieldSample, field_along_road};
-pub use self::course::{Consistency, SectorError, consistency, sector_errors};
-pub use self::examine::{Examination, Scatter, examine, shift_gnss, turn_sensor};
+pub use self::course::{ClockOffset, Consistency, SectorError, consistency, sector_errors};
+pub use self::examine::{AgainstCourse, Examination, Scatter, examine, shift_gnss, turn_sensor};
 pub use self::quality::{Quality, Refusal, SECTORS};
 pub use self::recursive::RecursiveCalibration;
 pub use self::refine::Prior;
