@@ -131,3 +131,17 @@ fn a_straight_motorway_is_refused_with_its_figures() {
     // The straight cannot show an inconsistent heading, but its phone reads three times the Earth's field.
     assert!(e.warning.as_ref().is_some_and(|w| w.contains("differs by")), "{:?}", e.warning);
 }
+
+#[test]
+fn a_simulated_drive_meets_the_field_it_was_simulated_in_also_after_a_file() {
+    let drive = drivescope_tests::built_in(20.0, 3);
+    let mut text = Vec::new();
+    drivescope_drive::csv::write_drive(&drive, &mut text).unwrap();
+    let read = drivescope_tests::open_bytes("drive.csv", &text);
+    for drive in [&drive, &read] {
+        let (earth, _) = reference_of(drive, &OrientationParams::default());
+        let simulated = nalgebra::Vector3::from(drivescope_simulation::motion::DAEJEON_FIELD);
+        // Rounded to 1e-4 uT; the drive begins at the place of the constant.
+        assert!((earth - simulated).amax() < 2e-4, "{earth}");
+    }
+}
