@@ -3,8 +3,10 @@
 
 use std::path::Path;
 
+use drivescope_drive::channel::Channel;
 use drivescope_drive::drive::Drive;
 use drivescope_drive::frames::wrap_angle;
+use drivescope_drive::signals::Mag;
 use drivescope_estimation::magnetometer_calibration::{
     Examination, Kind, Refusal, SectorError, examine, field_along_road, shift_gnss, turn_sensor,
 };
@@ -94,6 +96,19 @@ fn the_second_car_is_calibrated_without_a_hint() {
     // Its receiver's clock is almost five seconds behind, and standing, straights and circles tell it to a tenth.
     let clock = examined(&drive).clock.unwrap();
     assert!((clock.offset - 4.9).abs() < 0.2 && clock.sigma < 0.2, "{clock:?}");
+}
+
+#[test]
+fn an_axis_with_the_wrong_sign_is_refused_though_its_ellipse_is_perfect() {
+    let Some(mut drive) = first_car() else { return };
+    let mut mirrored = Channel::default();
+    for (time, m) in drive.mag.iter() {
+        mirrored.push(time, Mag { mag_y: -m.mag_y, ..m }).unwrap();
+    }
+    drive.mag = mirrored;
+    let e = examined(&drive);
+    assert!(matches!(e.refusal, Some(Refusal::Course { consistency, .. }) if consistency < 0.5), "{:?}", e.refusal);
+    assert!(e.calibration.is_none() && e.quality.residual_relative < 0.1);
 }
 
 #[test]

@@ -71,6 +71,13 @@ pub fn calibrate(args: &CalibrateArgs) -> Result<(), String> {
     }
 }
 
+/// Why the magnetometer of a drive should be calibrated before it is believed, if it should.
+pub fn warning(drive: &Drive) -> Option<String> {
+    // Without a place the strength of the field is not known.
+    drive.origin().filter(|_| !drive.mag.is_empty())?;
+    examine(drive, &reference_of(drive, &OrientationParams::default()).0).warning
+}
+
 fn place_and_date(args: &CalibrateArgs) -> Result<OrientationParams, String> {
     let mut params = OrientationParams { field_year: args.year.unwrap_or(f64::NAN), ..OrientationParams::default() };
     if let Some(place) = &args.place {

@@ -137,6 +137,9 @@ fn main() -> ExitCode {
 
 fn info(log: &log::LogArgs, json: bool) -> Result<(), Sentence> {
     let opened = log.open()?;
+    if let Some(warning) = magnetometer::warning(&opened.drive) {
+        eprintln!("note: {warning}");
+    }
     output::print(&if json { report::info_json(&opened) } else { report::info_text(&opened) })
 }
 

@@ -16,6 +16,8 @@ use super::{Calibration, calibrate};
 const LOOSEST_CLOCK: f64 = 0.5;
 /// Consistency below which a magnetometer needs calibrating.
 const LEAST_CONSISTENCY: f64 = 0.95;
+/// Consistency that a calibrated heading must reach: 0.9 is 26 deg of scatter.
+const NEEDED_CONSISTENCY: f64 = 0.9;
 /// Sectors of course from which the consistency says something.
 const JUDGED_SECTORS: usize = 6;
 /// Deviation of the raw strength from the Earth's, in parts of it, from which a magnetometer needs calibrating.
@@ -51,7 +53,7 @@ pub struct Examination {
     pub clock: Option<ClockOffset>,
     /// Raw heading against the course; `None` without courses.
     pub before: Option<AgainstCourse>,
-    /// Calibrated heading against the course.
+    /// Calibrated heading against the course; also where that is why the calibration is refused.
     pub after: Option<AgainstCourse>,
     /// A sentence where the magnetometer should be calibrated before its heading is believed.
     pub warning: Option<String>,
@@ -136,8 +138,8 @@ pub fn examine(drive: &Drive, earth: &Vector3<f64>) -> Examination {
     let mut examination = Examination {
         earth: [earth.x, earth.y, earth.z],
         quality: outcome.quality,
-        refusal_text: refusal.as_ref().map(ToString::to_string),
         refusal,
+        refusal_text: None,
         clock,
         before: None,
         after: None,
@@ -162,6 +164,14 @@ pub fn examine(drive: &Drive, earth: &Vector3<f64>) -> Examination {
     };
     examination.before = against(None);
     examination.after = examination.calibration.as_ref().and_then(|c| against(Some(c)));
+    if let Some(after) = examination.after.as_ref().map(|a| a.consistency)
+        && after.sectors >= JUDGED_SECTORS
+        && after.balanced < NEEDED_CONSISTENCY
+    {
+        examination.calibration = None;
+        examination.refusal = Some(Refusal::Course { consistency: after.balanced, needed: NEEDED_CONSISTENCY });
+    }
+    examination.refusal_text = examination.refusal.as_ref().map(ToString::to_string);
     examination.warning = warning(&examination, &readings, earth.norm());
     examination
 }

@@ -100,6 +100,17 @@ pub enum Refusal {
         /// Most that is allowed, uT.
         limit: f64,
     },
+    /// The calibrated heading does not follow the course.
+    #[error(
+        "the calibrated heading does not follow the GNSS course (consistency {consistency:.2}, at least {needed} is needed): \
+         check the signs of the axes"
+    )]
+    Course {
+        /// Mean resultant length of course less heading, every sector alike.
+        consistency: f64,
+        /// Least value.
+        needed: f64,
+    },
     /// The fit is loose.
     #[error(
         "the readings fix the offset only to {sigma:.1} uT (1-sigma), and {limit:.1} uT are needed: drive full circles"
