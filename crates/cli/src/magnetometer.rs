@@ -122,7 +122,11 @@ fn text(found: &Examination, calibration: &Calibration) -> String {
         100.0 * q.residual_relative
     );
     if let Some(clock) = &found.clock {
-        let _ = writeln!(text, "GNSS clock: {:.2} s behind the sensors' (1-sigma {:.2})", clock.offset, clock.sigma);
+        let _ = writeln!(
+            text,
+            "GNSS clock: {:.2} s behind the sensors' (1-sigma {:.2}); antenna {:.1} m ahead of the rear axle",
+            clock.offset, clock.sigma, clock.lever
+        );
     }
     for (name, against) in [("raw", &found.before), ("calibrated", &found.after)] {
         if let Some(a) = against {

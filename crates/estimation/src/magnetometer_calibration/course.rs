@@ -20,6 +20,8 @@ const LARGEST_OFFSET: f64 = 10.0;
 const OFFSET_STEP: f64 = 0.1;
 /// Turns are compared over about this long, s.
 const TURN_TIME: f64 = 4.0;
+/// Lateral acceleration per slip of the rear axle, m/s^2/rad: 20 1/rad times gravity (SPEC orientation 4).
+const AXLE_STIFFNESS: f64 = 196.0;
 /// Pairs of courses used for the clock offset, at most.
 const MOST_PAIRS: usize = 600;
 
@@ -28,6 +30,7 @@ const MOST_PAIRS: usize = 600;
 pub(super) struct CoursePoint {
     pub time: f64,
     pub course: f64,
+    pub speed: f64,
 }
 
 /// Courses of a drive while it moves: stated, else from velocity, else from one position to the next.
@@ -35,7 +38,7 @@ pub(super) fn course_points(drive: &Drive) -> Vec<CoursePoint> {
     let fixes = || drive.gnss.iter().filter(|(_, g)| g.is_usable());
     let stated: Vec<CoursePoint> = fixes()
         .filter(|(_, g)| g.ground_speed() >= SLOWEST && g.course_over_ground(SLOWEST).is_finite())
-        .map(|(time, g)| CoursePoint { time, course: g.course_over_ground(SLOWEST) })
+        .map(|(time, g)| CoursePoint { time, course: g.course_over_ground(SLOWEST), speed: g.ground_speed() })
         .collect();
     if !stated.is_empty() {
         return stated;
@@ -67,7 +70,9 @@ pub(super) fn course_points(drive: &Drive) -> Vec<CoursePoint> {
         };
         if let Some(i) = (from..to).rev().find(far) {
             let (a, b) = (places[i], places[to]);
-            points.push(CoursePoint { time: 0.5 * (a.0 + b.0), course: (b.2 - a.2).atan2(b.1 - a.1) });
+            let (north, east) = (b.1 - a.1, b.2 - a.2);
+            let speed = north.hypot(east) / (b.0 - a.0);
+            points.push(CoursePoint { time: 0.5 * (a.0 + b.0), course: east.atan2(north), speed });
         }
     }
     points.dedup_by(|b, a| b.time <= a.time);
@@ -129,39 +134,26 @@ pub struct ClockOffset {
     pub offset: f64,
     /// Its 1-sigma, s.
     pub sigma: f64,
+    /// How far the antenna is ahead of the axle that does not slide, m, fitted with it.
+    pub lever: f64,
+}
+
+/// Two courses some seconds apart.
+struct Pair {
+    from: CoursePoint,
+    to: CoursePoint,
+    turn: f64,
 }
 
 /// The clock offset at which turns by the gyro and turns of the course agree best; `None` where the drive does not tell.
 ///
-/// Changes of course over some seconds are compared, so that neither the mount nor the gyro's drift enters. A car that
-/// turns at a constant rate, or not at all, tells nothing of the clocks: the sigma is then large.
+/// Changes of course over some seconds are compared, so that neither the mount nor the gyro's drift enters. An antenna
+/// ahead of the rear axle sees a turn earlier by its lever over the speed, which looks like a clock: the lever is fitted
+/// too, and the slip of the rear axle taken off. A car that turns at a constant rate, or not at all, tells nothing of the clocks: the sigma is then large.
 pub(super) fn clock_offset(points: &[CoursePoint], gyro: &Track) -> Option<ClockOffset> {
-    let mut pairs: Vec<(f64, f64, f64)> = Vec::new();
-    let mut to = 0;
-    for a in points {
-        while to < points.len() && points[to].time < a.time + TURN_TIME {
-            to += 1;
-        }
-        let Some(b) = points.get(to).filter(|b| b.time < a.time + 2.0 * TURN_TIME) else { continue };
-        let turn = wrap_angle(b.course - a.course);
-        if turn.abs() > 5.0_f64.to_radians() {
-            pairs.push((a.time, b.time, turn));
-        }
-    }
-    let stride = pairs.len().div_ceil(MOST_PAIRS).max(1);
-    let pairs: Vec<_> = pairs.into_iter().step_by(stride).collect();
-    let cost = |offset: f64| {
-        let (mut sum, mut count) = (0.0, 0usize);
-        for &(a, b, turn) in &pairs {
-            let difference = turn - (gyro.at(b + offset) - gyro.at(a + offset));
-            if difference.is_finite() {
-                sum += 1.0 - difference.cos();
-                count += 1;
-            }
-        }
-        if count >= 8 && 2 * count >= pairs.len() { sum / count as f64 } else { f64::INFINITY }
-    };
+    let pairs = turns(points);
     let steps = (LARGEST_OFFSET / OFFSET_STEP) as i32;
+    let cost = |offset: f64| agreement(&pairs, gyro, offset).0;
     let best = (-steps..=steps).map(|k| (cost(f64::from(k) * OFFSET_STEP), k)).min_by(|a, b| a.0.total_cmp(&b.0))?;
     let centre = f64::from(best.1) * OFFSET_STEP;
     // A parabola through the neighbours half a second away.
@@ -175,7 +167,56 @@ pub(super) fn clock_offset(points: &[CoursePoint], gyro: &Track) -> Option<Clock
     // Pairs overlap: what is independent are the stretches of the drive.
     let span = points.last()?.time - points.first()?.time;
     let independent = (span / TURN_TIME).min(pairs.len() as f64).max(1.0);
-    Some(ClockOffset { offset: centre + shift, sigma: (middle / (bend * independent)).sqrt() })
+    let (offset, sigma) = (centre + shift, (middle / (bend * independent)).sqrt());
+    Some(ClockOffset { offset, sigma, lever: agreement(&pairs, gyro, offset).1 })
+}
+
+/// Pairs of courses between which the car turned.
+fn turns(points: &[CoursePoint]) -> Vec<Pair> {
+    let mut pairs = Vec::new();
+    let mut next = 0;
+    for from in points {
+        while next < points.len() && points[next].time < from.time + TURN_TIME {
+            next += 1;
+        }
+        let Some(to) = points.get(next).filter(|to| to.time < from.time + 2.0 * TURN_TIME) else { continue };
+        let turn = wrap_angle(to.course - from.course);
+        if turn.abs() > 5.0_f64.to_radians() {
+            pairs.push(Pair { from: *from, to: *to, turn });
+        }
+    }
+    let stride = pairs.len().div_ceil(MOST_PAIRS).max(1);
+    pairs.into_iter().step_by(stride).collect()
+}
+
+/// Mean of one less the cosine of what is left between turns of course and gyro, and the lever that leaves least.
+fn agreement(pairs: &[Pair], gyro: &Track, offset: f64) -> (f64, f64) {
+    // The lever is known to be about this before (m), to this (m), where one turn is known to this (rad).
+    const LEVER: (f64, f64) = (1.0, 1.0);
+    const SIGMA: f64 = 0.05;
+    let rate = |p: &CoursePoint| (gyro.at(p.time + offset + 0.25) - gyro.at(p.time + offset - 0.25)) / 0.5;
+    let left: Vec<(f64, f64)> = pairs
+        .iter()
+        .map(|p| {
+            let turned = gyro.at(p.to.time + offset) - gyro.at(p.from.time + offset);
+            let (before, after) = (rate(&p.from), rate(&p.to));
+            let slip = (after * p.to.speed - before * p.from.speed) / AXLE_STIFFNESS;
+            (wrap_angle(p.turn - turned + slip), after / p.to.speed - before / p.from.speed)
+        })
+        .filter(|(error, curvature)| error.is_finite() && curvature.is_finite())
+        .collect();
+    if left.len() < 8 || 2 * left.len() < pairs.len() {
+        return (f64::INFINITY, f64::NAN);
+    }
+    let weight = (SIGMA / LEVER.1).powi(2);
+    let (mut squares, mut products) = (weight, weight * LEVER.0);
+    for (error, curvature) in left.iter().filter(|(error, _)| error.abs() < 0.5) {
+        squares += curvature * curvature;
+        products += curvature * error;
+    }
+    let lever = (products / squares).clamp(-4.0, 4.0);
+    let cost: f64 = left.iter().map(|(error, curvature)| 1.0 - (error - lever * curvature).cos()).sum();
+    (cost / left.len() as f64, lever)
 }
 
 /// How well a heading agrees with the course, whatever constant lies between them.
