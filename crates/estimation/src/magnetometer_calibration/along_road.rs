@@ -8,6 +8,7 @@ use drivescope_drive::record;
 use nalgebra::Vector3;
 
 use super::Calibration;
+use super::examine::readings;
 
 record! {
     /// Strength and dip of the field at one instant, measured and by the model.
@@ -41,9 +42,10 @@ pub fn field_along_road(
     let mut out = Channel::<FieldSample>::default();
     out.reserve(drive.mag.len());
     let (mut model, mut evaluated) = (*earth, None::<Geodetic>);
-    let (mut fixes, mut forces) = (drive.gnss.iter().peekable(), drive.imu.iter().peekable());
+    let (mut fixes, mut forces) = (drive.gnss.iter().peekable(), 0);
+    let accel = [0, 1, 2].map(|i| drive.imu.series().column_at(i));
     let (mut down, mut before) = (Vector3::repeat(f64::NAN), f64::NAN);
-    for (time, m) in drive.mag.iter() {
+    for (&time, reading) in drive.mag.time().iter().zip(readings(drive)) {
         while let Some((_, fix)) = fixes.next_if(|(t, _)| *t <= time) {
             let place = Geodetic { lat: fix.lat, lon: fix.lon, alt: if fix.alt.is_finite() { fix.alt } else { 0.0 } };
             let is_far = evaluated.is_none_or(|e| {
@@ -53,15 +55,15 @@ pub fn field_along_road(
                 (model, evaluated) = (earth_field(&place, year), Some(place));
             }
         }
-        while let Some((t, s)) = forces.next_if(|(t, _)| *t <= time) {
-            let up = Vector3::new(s.accel_x, s.accel_y, s.accel_z);
+        while let Some(&t) = drive.imu.time().get(forces).filter(|t| **t <= time) {
+            let up = Vector3::new(accel[0][forces], accel[1][forces], accel[2][forces]);
+            forces += 1;
             if up.iter().all(|v| v.is_finite()) {
                 let share = if before.is_finite() { ((t - before) / AVERAGE).clamp(0.0, 1.0) } else { 1.0 };
                 down = if before.is_finite() { down + (-up - down) * share } else { -up };
                 before = t;
             }
         }
-        let reading = Vector3::new(m.mag_x, m.mag_y, m.mag_z);
         let field = calibration.map_or(reading, |c| c.correct(&reading));
         let dip =
             |v: &Vector3<f64>, down: &Vector3<f64>| (v.dot(down) / (v.norm() * down.norm())).clamp(-1.0, 1.0).asin();

@@ -35,28 +35,28 @@ pub(super) struct CoursePoint {
 
 /// Courses of a drive while it moves: stated, else from velocity, else from one position to the next.
 pub(super) fn course_points(drive: &Drive) -> Vec<CoursePoint> {
-    let fixes = || drive.gnss.iter().filter(|(_, g)| g.is_usable());
-    let stated: Vec<CoursePoint> = fixes()
-        .filter(|(_, g)| g.ground_speed() >= SLOWEST && g.course_over_ground(SLOWEST).is_finite())
-        .map(|(time, g)| CoursePoint { time, course: g.course_over_ground(SLOWEST), speed: g.ground_speed() })
-        .collect();
-    if !stated.is_empty() {
-        return stated;
-    }
-    let Some(origin) = drive.origin().or_else(|| fixes().next().map(|_| Geodetic::default())) else {
-        return Vec::new();
-    };
+    let (mut stated, mut places) = (Vec::new(), Vec::new());
+    let origin = drive.origin().unwrap_or_default();
     let frame = LocalFrame::new(origin);
-    let places: Vec<(f64, f64, f64)> = fixes()
-        .map(|(time, g)| {
-            if g.north.is_finite() && g.east.is_finite() {
-                return (time, g.north, g.east);
-            }
-            let ned = frame.to_ned(Geodetic { lat: g.lat, lon: g.lon, alt: origin.alt });
-            (time, ned.x, ned.y)
-        })
-        .filter(|p| p.1.is_finite() && p.2.is_finite())
-        .collect();
+    for (time, fix) in drive.gnss.iter() {
+        if !fix.is_usable() {
+            continue;
+        }
+        let (speed, course) = (fix.ground_speed(), fix.course_over_ground(SLOWEST));
+        if speed >= SLOWEST && course.is_finite() {
+            stated.push(CoursePoint { time, course, speed });
+        }
+        let local = frame.to_ned(Geodetic { lat: fix.lat, lon: fix.lon, alt: origin.alt });
+        let (north, east) = if fix.north.is_finite() { (fix.north, fix.east) } else { (local.x, local.y) };
+        if north.is_finite() && east.is_finite() {
+            places.push((time, north, east));
+        }
+    }
+    if stated.is_empty() { courses_between(&places) } else { stated }
+}
+
+/// Courses from one position (time, north, east) to the next.
+fn courses_between(places: &[(f64, f64, f64)]) -> Vec<CoursePoint> {
     let mut points = Vec::new();
     let mut from = 0;
     for to in 1..places.len() {
@@ -91,7 +91,10 @@ impl Track {
     pub fn of_gyro(drive: &Drive) -> Option<Self> {
         let mut track = Self::default();
         let (mut last, mut angle) = (None::<(f64, f64)>, 0.0);
-        for (time, rate) in drive.imu.iter().map(|(t, s)| (t, s.gyro_z)).filter(|(_, r)| r.is_finite()) {
+        for (&time, &rate) in drive.imu.time().iter().zip(drive.imu.column("gyro_z")?) {
+            if !rate.is_finite() {
+                continue;
+            }
             if let Some((before, previous)) = last {
                 angle += 0.5 * (rate + previous) * (time - before).min(LONGEST_HOLE);
             }
@@ -102,15 +105,13 @@ impl Track {
         (track.time.len() > 1).then_some(track)
     }
 
-    /// Headings that wrap, made to go on.
-    pub fn of_headings(headings: impl Iterator<Item = (f64, f64)>) -> Self {
-        let mut track = Self::default();
-        for (time, heading) in headings.filter(|(_, h)| h.is_finite()) {
-            let last = track.angle.last().copied().unwrap_or(heading);
-            track.time.push(time);
-            track.angle.push(last + wrap_angle(heading - last));
+    /// Add a heading that wraps; the angle goes on the short way.
+    pub fn push_heading(&mut self, time: f64, heading: f64) {
+        if heading.is_finite() {
+            let last = self.angle.last().copied().unwrap_or(heading);
+            self.time.push(time);
+            self.angle.push(last + wrap_angle(heading - last));
         }
-        track
     }
 
     /// The angle at an instant; NaN outside and in holes.

@@ -1,9 +1,8 @@
 //! A whole drive's magnetometer examined: its calibration, and what the GNSS course says of it before and after.
 
-use drivescope_drive::channel::{Channel, OutOfOrder};
+use drivescope_drive::channel::{Channel, OutOfOrder, Series};
 use drivescope_drive::drive::Drive;
-use drivescope_drive::signals::{Gnss, Imu, Mag};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::course::{
     ClockOffset, Consistency, SectorError, Track, clock_offset, consistency, course_points, differences, mount_yaw,
@@ -84,11 +83,11 @@ impl Scatter {
     pub fn of(drive: &Drive, calibration: Option<&Calibration>, earth: &Vector3<f64>, most: usize) -> Self {
         let mut scatter = Self { radius: earth.xy().norm(), ..Self::default() };
         let stride = drive.mag.len().div_ceil(most.max(1)).max(1);
-        for (_, m) in drive.mag.iter().step_by(stride) {
-            let m = vector(&m);
-            scatter.raw.iter_mut().zip(m.iter()).for_each(|(column, v)| column.push(*v));
+        for m in readings(drive).iter().step_by(stride) {
+            (0..3).for_each(|axis| scatter.raw[axis].push(m[axis]));
             if let Some(c) = calibration {
-                scatter.calibrated.iter_mut().zip(c.correct(&m).iter()).for_each(|(column, v)| column.push(*v));
+                let b = c.correct(m);
+                (0..3).for_each(|axis| scatter.calibrated[axis].push(b[axis]));
             }
         }
         let inverse = calibration.and_then(|c| Some((c, super::shape(&c.state()).try_inverse()?)));
@@ -105,8 +104,15 @@ impl Scatter {
     }
 }
 
-fn vector(m: &Mag) -> Vector3<f64> {
-    Vector3::new(m.mag_x, m.mag_y, m.mag_z)
+/// The columns of a channel.
+pub(super) fn columns(series: &Series) -> Vec<Vec<f64>> {
+    (0..series.schema().len()).map(|i| series.column_at(i).to_vec()).collect()
+}
+
+/// The magnetometer's readings, sensor axes, uT.
+pub(super) fn readings(drive: &Drive) -> Vec<Vector3<f64>> {
+    let [x, y, z] = [0, 1, 2].map(|i| drive.mag.series().column_at(i));
+    (0..drive.mag.len()).map(|row| Vector3::new(x[row], y[row], z[row])).collect()
 }
 
 /// Examine the magnetometer of a drive in the Earth's field (north, east, down; uT) of its place.
@@ -114,19 +120,17 @@ fn vector(m: &Mag) -> Vector3<f64> {
 /// Headings are those of a level sensor: tilt of the car is in the errors.
 pub fn examine(drive: &Drive, earth: &Vector3<f64>) -> Examination {
     let gyro = Track::of_gyro(drive);
-    let samples: Vec<(f64, Vector3<f64>)> = drive.mag.iter().map(|(t, m)| (t, vector(&m))).collect();
-    let readings: Vec<Vector3<f64>> = samples.iter().map(|s| s.1).collect();
+    let readings = readings(drive);
     // Where the gyro is silent, the turn is taken as held.
     let turned = gyro.as_ref().map(|gyro| {
         let mut last = 0.0;
-        samples
-            .iter()
-            .map(|(time, _)| {
-                let angle = gyro.at(*time);
-                last = if angle.is_finite() { angle } else { last };
-                last
-            })
-            .collect::<Vec<f64>>()
+        let mut turned = Vec::with_capacity(readings.len());
+        for &time in drive.mag.time() {
+            let angle = gyro.at(time);
+            last = if angle.is_finite() { angle } else { last };
+            turned.push(last);
+        }
+        turned
     });
     let outcome = calibrate(&readings, earth, turned.as_deref());
     let points = course_points(drive);
@@ -149,8 +153,11 @@ pub fn examine(drive: &Drive, earth: &Vector3<f64>) -> Examination {
     let declination = earth.y.atan2(earth.x);
     let offset = examination.clock_offset();
     let against = |calibration: Option<&Calibration>| {
-        let heading = samples.iter().map(|(t, m)| (*t, calibration.map_or(*m, |c| c.correct(m))));
-        let track = Track::of_headings(heading.map(|(t, b)| (t, (-b.y).atan2(b.x) + declination)));
+        let mut track = Track::default();
+        for (&time, m) in drive.mag.time().iter().zip(&readings) {
+            let b = calibration.map_or(*m, |c| c.correct(m));
+            track.push_heading(time, (-b.y).atan2(b.x) + declination);
+        }
         let differences = differences(&points, &track, offset);
         (!differences.is_empty()).then(|| {
             let mount_yaw = mount_yaw(&differences);
@@ -207,19 +214,19 @@ fn warning(examination: &Examination, readings: &[Vector3<f64>], strength: f64) 
 pub fn turn_sensor(drive: &mut Drive, mount_yaw: f64) -> Result<(), OutOfOrder> {
     let (sin, cos) = mount_yaw.sin_cos();
     // Course = heading of the sensor + mount yaw: the car's axes are the sensor's turned to the right by it.
-    let turn = Matrix3::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
-    let (mut imu, mut mag) = (Channel::<Imu>::default(), Channel::<Mag>::default());
-    for (time, s) in drive.imu.iter() {
-        let a = turn * Vector3::new(s.accel_x, s.accel_y, s.accel_z);
-        let w = turn * Vector3::new(s.gyro_x, s.gyro_y, s.gyro_z);
-        let turned = Imu { accel_x: a.x, accel_y: a.y, accel_z: s.accel_z, gyro_x: w.x, gyro_y: w.y, gyro_z: s.gyro_z };
-        imu.push(time, turned)?;
-    }
-    for (time, m) in drive.mag.iter() {
-        let b = turn * vector(&m);
-        mag.push(time, Mag { mag_x: b.x, mag_y: b.y, mag_z: m.mag_z })?;
-    }
-    (drive.imu, drive.mag) = (imu, mag);
+    let turn = |columns: &mut [Vec<f64>], x: usize, y: usize| {
+        for row in 0..columns[x].len() {
+            let (a, b) = (columns[x][row], columns[y][row]);
+            (columns[x][row], columns[y][row]) = (cos * a + sin * b, cos * b - sin * a);
+        }
+    };
+    let mut imu = columns(drive.imu.series());
+    turn(&mut imu, 0, 1);
+    turn(&mut imu, 3, 4);
+    let mut mag = columns(drive.mag.series());
+    turn(&mut mag, 0, 1);
+    drive.imu = Channel::from_columns(drive.imu.time().to_vec(), imu)?;
+    drive.mag = Channel::from_columns(drive.mag.time().to_vec(), mag)?;
     Ok(())
 }
 
@@ -228,10 +235,7 @@ pub fn turn_sensor(drive: &mut Drive, mount_yaw: f64) -> Result<(), OutOfOrder> 
 /// # Errors
 /// None for a drive that was read and an offset that is finite.
 pub fn shift_gnss(drive: &mut Drive, offset: f64) -> Result<(), OutOfOrder> {
-    let mut gnss = Channel::<Gnss>::default();
-    for (time, fix) in drive.gnss.iter() {
-        gnss.push(time + offset, fix)?;
-    }
-    drive.gnss = gnss;
+    let time = drive.gnss.time().iter().map(|t| t + offset).collect();
+    drive.gnss = Channel::from_columns(time, columns(drive.gnss.series()))?;
     Ok(())
 }

@@ -20,7 +20,6 @@ mod tests;
 
 use drivescope_drive::channel::{Channel, OutOfOrder};
 use drivescope_drive::drive::Drive;
-use drivescope_drive::signals::Mag;
 use nalgebra::Vector3;
 
 use self::model::{State, corrected, shape};
@@ -96,13 +95,12 @@ impl Calibration {
     /// # Errors
     /// None for a drive that was read: its times are in order already.
     pub fn apply(&self, drive: &mut Drive) -> Result<(), OutOfOrder> {
-        let mut corrected = Channel::<Mag>::default();
-        corrected.reserve(drive.mag.len());
-        for (time, m) in drive.mag.iter() {
-            let b = self.correct(&Vector3::new(m.mag_x, m.mag_y, m.mag_z));
-            corrected.push(time, Mag { mag_x: b.x, mag_y: b.y, mag_z: b.z })?;
+        let mut columns = vec![Vec::new(); 3];
+        for reading in examine::readings(drive) {
+            let b = self.correct(&reading);
+            (0..3).for_each(|axis| columns[axis].push(b[axis]));
         }
-        drive.mag = corrected;
+        drive.mag = Channel::from_columns(drive.mag.time().to_vec(), columns)?;
         Ok(())
     }
 

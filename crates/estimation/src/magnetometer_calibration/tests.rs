@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_PI_6;
 
 use drivescope_drive::frames::{body_to_nav, wrap_angle};
+use drivescope_drive::signals::Mag;
 use nalgebra::{Matrix3, Vector3};
 
 use super::model::{STATES, State};
