@@ -11,7 +11,7 @@ use crate::clock;
 use crate::error::ImportError;
 use crate::mapping::{Mapping, SignalSource};
 use crate::names::{CHANNELS, signal};
-use crate::table::{Table, Warning};
+use crate::table::{Table, TimeEpoch, Warning};
 
 /// What became of a table under a mapping.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -90,7 +90,8 @@ pub fn apply(mut table: Table, mapping: &Mapping, name: &str) -> Result<(Drive, 
         report.warn(format!("{} without a time left out.", counted(timeless, "row")), None, row, timeless);
     }
     let mut shared = Shared::of(mapping);
-    let mut drive = Drive { name: name.to_owned(), ..Drive::default() };
+    let unix_zero = unix_zero(&table, mapping);
+    let mut drive = Drive { name: name.to_owned(), unix_zero, ..Drive::default() };
     take_stated(&table, &mut drive, &mut report);
     let mut load = Loader { table: &mut table, times: &times, mapping, shared: &mut shared, report: &mut report };
     drive.imu = load.channel(0)?;
@@ -120,6 +121,14 @@ fn take_stated(table: &Table, drive: &mut Drive, report: &mut MapReport) {
             Ok(vehicle) => drive.vehicle = Some(vehicle),
             Err(cause) => report.warn(format!("comment `{VEHICLE}`: {cause}; left out."), None, None, 1),
         }
+    }
+}
+
+/// Unix time of the drive's `t = 0`, where the time column is of date and time.
+fn unix_zero(table: &Table, mapping: &Mapping) -> Option<f64> {
+    match table.column(&mapping.time.column)?.epoch? {
+        TimeEpoch::Instant(ns) => Some(ns as f64 / 1e9 - mapping.time.offset),
+        TimeEpoch::Midnight(_) => None,
     }
 }
 

@@ -14,6 +14,7 @@ mod ekf;
 mod estimate;
 mod model;
 mod params;
+mod reference_field;
 mod sanitize;
 #[cfg(test)]
 mod tests;
@@ -33,7 +34,8 @@ use self::triad::{Triad, pseudo_gravity};
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
 
 pub use self::estimate::OrientationEstimate;
-pub use self::params::{OrientationParams, PitchForce, Variant};
+pub use self::params::{FieldModel, OrientationParams, PitchForce, Variant};
+pub use self::reference_field::{DEFAULT_YEAR, reference_of};
 
 /// Standard gravity, m/s^2.
 const GRAVITY: f64 = 9.80665;
@@ -124,7 +126,8 @@ impl Estimator for Orientation {
     type Estimate = OrientationEstimate;
 
     fn new(params: &OrientationParams, vehicle: &VehicleParams, start: &LogStart) -> Self {
-        let reference = vector![params.field_north, params.field_east, params.field_down];
+        let mut notices = Notices::default();
+        let reference = reference_field::reference_field(params, start, &mut notices);
         Self {
             params: params.clone(),
             suspension: Suspension::new(vehicle),
@@ -140,7 +143,7 @@ impl Estimator for Orientation {
             time: None,
             field: None,
             course: None,
-            notices: Notices::default(),
+            notices,
         }
     }
 
