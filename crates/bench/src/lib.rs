@@ -99,13 +99,15 @@ fn bench(clock: &impl Fn() -> f64, rounds: usize) -> Result<Report, String> {
     let (simulated, drive) = timed(clock, || drivescope_simulation::simulate(&spec, None));
     let drive = drive.map_err(|e| e.to_string())?;
     let mut entries = vec![Entry { name: "simulate ten minutes".into(), unit: "s", samples: vec![simulated] }];
-    for e in ESTIMATORS {
+    let defaults = ESTIMATORS.iter().map(|e| (e.name, Value::Null, String::new()));
+    let variant = |name: &str| ("orientation", serde_json::json!({ "variant": name }), format!(", {name}"));
+    for (name, params, setting) in defaults.chain([variant("robust"), variant("robust_ax")]) {
         let mut samples = Vec::new();
         for _ in 0..rounds {
-            let (time, run) = timed(clock, || run_by_name(e.name, &drive, &Value::Null, None));
+            let (time, run) = timed(clock, || run_by_name(name, &drive, &params, None));
             samples.push(time * 1e9 / run.map_err(|e| e.to_string())?.series().len() as f64);
         }
-        entries.push(Entry { name: format!("step {}", e.name), unit: "ns", samples });
+        entries.push(Entry { name: format!("step {name}{setting}"), unit: "ns", samples });
     }
     let together = (0..rounds).map(|_| {
         let (time, outcome) = timed(clock, || estimate_all(&drive));

@@ -161,6 +161,13 @@ const DRIVES: &[NamedDrive] = &[
         json: include_str!("drives/tunnel.json"),
     },
     NamedDrive {
+        name: "truss_bridge",
+        title: "Truss bridge, trucks and tunnel",
+        doc: "Over a truss bridge, past trucks, through a tunnel with a curve: the magnetic field is disturbed for half of the way",
+        duration_hint: 141.9,
+        json: include_str!("drives/truss_bridge.json"),
+    },
+    NamedDrive {
         name: "parking_garage",
         title: "Parking garage",
         doc: "Up three turns of a ramp of 9 m radius at 12 per cent, across a deck and down again, without satellites",

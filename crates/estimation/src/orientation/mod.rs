@@ -12,6 +12,8 @@
 
 mod attitude;
 mod cone;
+#[cfg(test)]
+mod consistency_tests;
 mod detector;
 mod ekf;
 mod estimate;
