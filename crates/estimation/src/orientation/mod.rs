@@ -22,6 +22,7 @@ mod model;
 mod params;
 mod road;
 mod road_model;
+mod sample;
 mod sanitize;
 #[cfg(test)]
 mod tests;
@@ -38,9 +39,8 @@ use self::detector::{Derivative, StaticDetector};
 use self::ekf::{GyroFilter, Noise, SprungFilter, midpoint};
 use self::gate::Decision;
 use self::model::{Input, PitchDrive, Rates, Suspension, open_loop_rates};
-use self::road::{Reference, RoadFilter, RoadFindings, RoadSample, RoadSetup};
-#[cfg(test)]
-use self::road_model::RoadModel;
+use self::road::{Reference, RoadFilter, RoadSetup};
+use self::sample::{Findings, Sample, dip_error};
 use self::sanitize::{Inertial, Sanitizer};
 use self::triad::{Triad, pseudo_gravity};
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
@@ -65,6 +65,8 @@ const TIME_REFUSED: &str = "an epoch whose time did not advance was skipped";
 const GAP: &str = "the filter was started again after a hole of more than 0.5 s";
 const RESTARTED: &str = "the filter was started again because its attitude had left its range: the measured field does not fit the field \
      set in the parameters (a magnetometer that is not calibrated, or a drive elsewhere)";
+const FIELD_LEFT_OUT: &str = "a magnetic field that does not fit the Earth's or the attitude was left out";
+const FIELD_BELIEVED: &str = "a magnetic field that had not fitted the attitude for long was believed again";
 
 /// Estimator of roll, pitch and yaw.
 #[derive(Clone, Debug)]
@@ -99,47 +101,12 @@ enum Filter {
     Road(Box<RoadFilter>),
 }
 
-/// One sample, fit for the filters.
-#[derive(Clone, Copy, Debug)]
-struct Sample {
-    input: Input,
-    speed: f64,
-    speed_change: f64,
-    accel_x: Option<f64>,
-    /// Whether yaw rate, lateral force and speed are fresh.
-    is_fresh: bool,
-    field: Option<Vector3<f64>>,
-    is_static: bool,
-    dt: f64,
-}
-
-/// What a step says beside the attitude.
-#[derive(Clone, Copy, Debug)]
-struct Findings {
-    sigma: [f64; 3],
-    dip_error: f64,
-    nis: f64,
-    decision: Option<Decision>,
-    lateral_nis: f64,
-}
-
-impl Findings {
-    fn new(sigma: [f64; 3], dip_error: f64, nis: f64) -> Self {
-        Self { sigma, dip_error, nis, decision: None, lateral_nis: f64::NAN }
-    }
-
-    /// A field that was left out is no innovation of the filter.
-    fn of_road(sigma: [f64; 3], f: &RoadFindings) -> Self {
-        let nis = if matches!(f.decision, Some(Decision::Leave(_))) { f64::NAN } else { f.nis };
-        Self { decision: f.decision, lateral_nis: f.lateral_nis, ..Self::new(sigma, f.dip_error, nis) }
-    }
-}
-
 impl Estimator for Orientation {
     const NAME: &'static str = "orientation";
     const TITLE: &'static str = "Orientation";
     const DOC: &'static str = "Roll, pitch and yaw from a three-axis magnetometer, yaw rate, lateral acceleration and speed, \
-        with the suspension as model, after Hwang & Choi 2016.";
+        with the suspension as model, after Hwang & Choi 2016; its robust variants also estimate bank and grade of the road and \
+        leave disturbed magnetic fields out.";
     const NEEDS: &'static [Need] = &[
         Need { signal: Signal::Mag, required: true, why: "heading and tilt are measured by the Earth's field" },
         Need { signal: Signal::GyroZ, required: true, why: "it carries the heading through turns" },
@@ -149,7 +116,11 @@ impl Estimator for Orientation {
             required: true,
             why: "it tells steady driving and drives the pitch model",
         },
-        Need { signal: Signal::AccelX, required: false, why: "drives the pitch model when that is chosen" },
+        Need {
+            signal: Signal::AccelX,
+            required: false,
+            why: "drives the pitch model when that is chosen, and keeps the grade in the variant robust_ax",
+        },
         Need { signal: Signal::GnssCourse, required: false, why: "sideslip is course less yaw" },
     ];
     const VEHICLE: &'static str = "bmw_320i";
@@ -307,17 +278,20 @@ impl Orientation {
         }
     }
 
+    /// The static attitude where the variant goes by it.
+    fn fixed_attitude(&self, s: &Sample, down: Option<&Vector3<f64>>) -> Option<Euler> {
+        match (self.params.variant, s.is_static) {
+            (Variant::Triad, _) | (Variant::Switch, true) => self.triad.attitude(s.field.as_ref()?, down?),
+            _ => None,
+        }
+    }
+
     /// Carry the filter over one sample; `None` if it broke.
     fn step_filter(&mut self, s: &Sample) -> Option<Findings> {
         let down = pseudo_gravity(s.input.accel_y);
-        let fixed = match (self.params.variant, s.is_static) {
-            (Variant::Triad, _) | (Variant::Switch, true) => {
-                s.field.and_then(|field| self.triad.attitude(&field, &down?))
-            }
-            _ => None,
-        };
+        let fixed = self.fixed_attitude(s, down.as_ref());
         if let Some(Filter::Road(f)) = &mut self.filter {
-            let findings = f.step(&s.of_road(), &self.reference)?;
+            let findings = f.step(s, &self.reference)?;
             return Some(Findings::of_road(f.sigma(), &findings));
         }
         let reference = self.reference.field;
@@ -367,6 +341,11 @@ impl Orientation {
         out.field_norm_error = s.field.map_or(f64::NAN, |field| field.norm() - self.reference.strength);
         (out.dip_error, out.field_nis, out.lateral_nis) = (f.dip_error, f.nis, f.lateral_nis);
         if let Some(decision) = f.decision {
+            match decision {
+                Decision::Leave(_) => self.notices.add(FIELD_LEFT_OUT, time),
+                Decision::Reacquire => self.notices.add(FIELD_BELIEVED, time),
+                Decision::Use(_) => {}
+            }
             (out.gate, out.gate_reason) = (decision.code(), decision.reason());
         }
         if let (Some(Filter::Road(filter)), Some(_)) = (&self.filter, &findings) {
@@ -374,24 +353,4 @@ impl Orientation {
         }
         out
     }
-}
-
-impl Sample {
-    fn of_road(&self) -> RoadSample<'_> {
-        RoadSample {
-            input: &self.input,
-            speed: self.speed,
-            speed_change: self.speed_change,
-            accel_x: self.accel_x,
-            is_fresh: self.is_fresh,
-            field: self.field.as_ref(),
-            dt: self.dt,
-        }
-    }
-}
-
-/// Angle of the field below the plane normal to `down`, less that of the reference, rad; NaN without a field.
-fn dip_error(field: Option<&Vector3<f64>>, down: Option<&Vector3<f64>>, reference: f64) -> f64 {
-    let (Some(field), Some(down)) = (field, down) else { return f64::NAN };
-    (field.dot(down) / field.norm()).clamp(-1.0, 1.0).asin() - reference
 }

@@ -24,6 +24,7 @@ use super::road_model::{
     BANK, Covariance, GRADE, GYRO_BIAS, LEAN, MISMATCH, Point, RoadModel, SQUAT, State, Transition, YAW, jacobian,
     rates,
 };
+use super::sample::Sample;
 
 /// Time constant of both poles of the yaw acceleration, s.
 const YAW_ACCELERATION_TIME: f64 = 0.05;
@@ -74,21 +75,6 @@ impl RoadSetup {
             uses_forward: p.variant == Variant::RobustAx,
         }
     }
-}
-
-/// What the road filter reads of one sample.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct RoadSample<'a> {
-    pub(super) input: &'a Input,
-    /// Speed, m/s, and its change, m/s^2.
-    pub(super) speed: f64,
-    pub(super) speed_change: f64,
-    /// Forward specific force, m/s^2.
-    pub(super) accel_x: Option<f64>,
-    /// Whether yaw rate, lateral force and speed are fresh.
-    pub(super) is_fresh: bool,
-    pub(super) field: Option<&'a Vector3<f64>>,
-    pub(super) dt: f64,
 }
 
 /// The Earth's field as the filter expects it.
@@ -145,10 +131,10 @@ impl RoadFilter {
     }
 
     /// Carry the filter over one sample; `None` if it broke.
-    pub(super) fn step(&mut self, s: &RoadSample, reference: &Reference) -> Option<RoadFindings> {
-        self.predict(s.input, s.dt);
+    pub(super) fn step(&mut self, s: &Sample, reference: &Reference) -> Option<RoadFindings> {
+        self.predict(&s.input, s.dt);
         let mut findings = RoadFindings { dip_error: f64::NAN, nis: f64::NAN, decision: None, lateral_nis: f64::NAN };
-        if let Some(field) = s.field {
+        if let Some(field) = &s.field {
             self.fold_in_field(field, reference, &mut findings)?;
         }
         let turning = self.yaw_acceleration.step(s.input.yaw_rate, s.dt);
@@ -247,7 +233,7 @@ impl RoadFilter {
     }
 
     /// Lateral force: turn, change of turn through the slip of the rear axle, mismatch, gravity.
-    fn fold_in_lateral(&mut self, s: &RoadSample, turning: f64) -> Option<f64> {
+    fn fold_in_lateral(&mut self, s: &Sample, turning: f64) -> Option<f64> {
         let Euler { roll, pitch, .. } = self.angles();
         let ((sin_roll, cos_roll), (sin_pitch, cos_pitch)) = (roll.sin_cos(), pitch.sin_cos());
         let slip = self.setup.rear_arm - s.speed * s.speed / self.setup.rear_slip;
@@ -264,7 +250,7 @@ impl RoadFilter {
     }
 
     /// Forward force less gravity along the car against the change of speed, both behind the same two poles.
-    fn fold_in_forward(&mut self, force: f64, s: &RoadSample) -> Option<()> {
+    fn fold_in_forward(&mut self, force: f64, s: &Sample) -> Option<()> {
         let (sin, cos) = (self.x[SQUAT] + self.x[GRADE]).sin_cos();
         let input = force - GRAVITY * sin;
         let gain = Derivative::speed_gain(s.dt);
@@ -419,15 +405,24 @@ mod tests {
         assert_same(&after, &joint(&before, (field - h).into(), rows, 0.36), found.nis);
     }
 
-    fn sample(input: &Input) -> RoadSample<'_> {
-        RoadSample { input, speed: 22.0, speed_change: 0.4, accel_x: Some(1.0), is_fresh: true, field: None, dt: 0.01 }
+    fn sample(input: Input) -> Sample {
+        Sample {
+            input,
+            speed: 22.0,
+            speed_change: 0.4,
+            accel_x: Some(1.0),
+            is_fresh: true,
+            field: None,
+            is_static: false,
+            dt: 0.01,
+        }
     }
 
     #[test]
     fn the_lateral_row_is_the_derivative_of_the_lateral_force() {
         let before = filter(Variant::Road);
         let input = Input { yaw_rate: 0.1, accel_y: 1.5, pitch: PitchDrive::Derived(0.0) };
-        let (s, turning, speed) = (sample(&input), 0.3, 22.0f64);
+        let (s, turning, speed) = (sample(input), 0.3, 22.0f64);
         let slip = 1.42272 - speed * speed / (20.0 * GRAVITY);
         let felt = |x: &State| {
             let (roll, pitch) = (x[LEAN] + x[BANK], x[SQUAT] + x[GRADE]);
@@ -451,11 +446,11 @@ mod tests {
         let mut f = filter(Variant::RobustAx);
         let pitch = f.attitude().pitch;
         let force = GRAVITY * (pitch + 0.05f64).sin() + 0.4;
-        f.fold_in_forward(force, &sample(&input)).unwrap();
+        f.fold_in_forward(force, &sample(input)).unwrap();
         assert_eq!(f.attitude().pitch, pitch, "not yet");
         f.age = 1.01;
         let before = f.clone();
-        f.fold_in_forward(force, &sample(&input)).unwrap();
+        f.fold_in_forward(force, &sample(input)).unwrap();
         // The filtered force holds 0.4 of acceleration and 0.05 rad of pitch that the filter does not know yet.
         let mut row = SMatrix::<f64, 1, 9>::zeros();
         (row[SQUAT], row[GRADE]) = (GRAVITY * pitch.cos(), GRAVITY * pitch.cos());

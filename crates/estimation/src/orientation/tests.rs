@@ -7,6 +7,7 @@ use drivescope_drive::signals::{Imu, Mag, Wheels};
 use nalgebra::{Matrix3, Matrix5};
 use serde_json::Value;
 
+use super::road_model::RoadModel;
 use super::*;
 use crate::case_log::{Table, shared};
 
