@@ -33,6 +33,11 @@ pub struct Opened {
 }
 
 impl LogArgs {
+    /// A log that another argument names.
+    pub fn of(log: PathBuf, mapping: Option<PathBuf>) -> Self {
+        Self { log, mapping, format: None }
+    }
+
     /// Read the log slice by slice.
     ///
     /// # Errors

@@ -10,6 +10,7 @@ pub mod estimator;
 pub mod gnss_ins;
 pub mod ins;
 pub mod kalman;
+pub mod magnetometer_calibration;
 pub mod motion_mode;
 pub mod orientation;
 pub mod registry;

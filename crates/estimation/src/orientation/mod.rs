@@ -20,6 +20,7 @@ mod estimate;
 mod gate;
 mod model;
 mod params;
+mod reference_field;
 mod road;
 mod road_model;
 mod sample;
@@ -46,7 +47,8 @@ use self::triad::{Triad, pseudo_gravity};
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
 
 pub use self::estimate::OrientationEstimate;
-pub use self::params::{OrientationParams, PitchForce, Variant};
+pub use self::params::{FieldModel, OrientationParams, PitchForce, Variant};
+pub use self::reference_field::{DEFAULT_YEAR, reference_of};
 
 /// Standard gravity, m/s^2.
 const GRAVITY: f64 = 9.80665;
@@ -128,7 +130,8 @@ impl Estimator for Orientation {
     type Estimate = OrientationEstimate;
 
     fn new(params: &OrientationParams, vehicle: &VehicleParams, start: &LogStart) -> Self {
-        let field = vector![params.field_north, params.field_east, params.field_down];
+        let mut notices = Notices::default();
+        let field = reference_field::reference_field(params, start, &mut notices);
         let strength = field.norm();
         Self {
             params: params.clone(),
@@ -146,7 +149,7 @@ impl Estimator for Orientation {
             time: None,
             field: None,
             course: None,
-            notices: Notices::default(),
+            notices,
         }
     }
 

@@ -36,6 +36,16 @@ choice! {
     }
 }
 
+choice! {
+    /// Where the Earth's field that the measured one is compared with comes from.
+    pub enum FieldModel {
+        /// From the World Magnetic Model at the log's place and date; the three numbers where one of them is changed, or where the log has no place.
+        Auto = "auto",
+        /// From the three numbers.
+        Given = "given",
+    }
+}
+
 params! {
     /// Filter, reference field, noise and the detector of straight steady driving.
     pub struct OrientationParams {
@@ -47,6 +57,14 @@ params! {
         field_east ("H_e"): number = -4.22703, "uT", -80.0 ..= 80.0 Linear, from "WMM2015v2 at 2016.2, Daejeon";
         /// Earth's field downward.
         field_down ("H_d"): number = 40.12585, "uT", -80.0 ..= 80.0 Linear, from "WMM2015v2 at 2016.2, Daejeon";
+        /// Where the Earth's field that the measured one is compared with comes from.
+        field_model (""): choice FieldModel, from "ours";
+        /// Decimal year of the World Magnetic Model; none takes the log's date, or 2026.0 where the log has none.
+        field_year (""): optional, "1", 2015.0 ..= 2030.0, from "none: the log's date";
+        /// Latitude of the World Magnetic Model; none takes the log's first place.
+        field_latitude (""): optional, "rad", -1.58 ..= 1.58, from "none: the log's place";
+        /// Longitude of the World Magnetic Model, with its latitude.
+        field_longitude (""): optional, "rad", -3.15 ..= 3.15, from "none: the log's place";
         /// Error of each magnetometer axis; larger trusts the gyro and the springs more.
         field_sigma ("s_mag"): number = 0.6, "uT", 0.1 ..= 10.0 Log, from "SPEC orientation 4";
         /// Random walk of roll; larger follows the field more.
