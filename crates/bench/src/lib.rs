@@ -1,11 +1,16 @@
 //! What a step, a megabyte of CSV and an hour of driving cost. The same work runs natively (`drivescope bench`) and in a
 //! browser (the door's `bench_json`); `cargo xtask bench` sets both side by side.
 
+use std::hint::black_box;
+
 use drivescope_drive::channel::{Channel, Record};
 use drivescope_drive::csv::write_drive;
-use drivescope_drive::drive::Drive;
+use drivescope_drive::drive::{Drive, Epoch};
 use drivescope_drive::frames::body_to_nav;
+use drivescope_drive::param::Choice;
+use drivescope_estimation::estimator::{Estimator, EstimatorError};
 use drivescope_estimation::magnetometer_calibration::calibrate;
+use drivescope_estimation::orientation::{Orientation, OrientationParams, Variant};
 use drivescope_estimation::registry::{ESTIMATORS, run_by_name};
 use drivescope_import::{CsvReader, open_table};
 use nalgebra::Vector3;
@@ -14,6 +19,8 @@ use serde_json::Value;
 
 /// Copies of the ten-minute drive that make an hour.
 const COPIES: usize = 6;
+/// Epochs that a filter alone is stepped through at a time.
+const STEPPED: usize = 20_000;
 /// Bytes fed to the reader at a time.
 const SLICE: usize = 1 << 20;
 
@@ -93,6 +100,29 @@ fn timed<T>(clock: &impl Fn() -> f64, work: impl FnOnce() -> T) -> (f64, T) {
     (clock() - begin, result)
 }
 
+/// Cost of an epoch that gives an estimate, ns, without merging channels and without keeping columns.
+fn filter_steps<E: Estimator>(
+    clock: &impl Fn() -> f64,
+    drive: &Drive,
+    params: &E::Params,
+    rounds: usize,
+) -> Result<Vec<f64>, String> {
+    let epochs: Vec<Epoch> = drive.epochs().take(STEPPED).collect();
+    let vehicle = drive.vehicle.clone().unwrap_or_default();
+    let mut samples = Vec::new();
+    for _ in 0..3 * rounds {
+        let mut estimator = E::new(params, &vehicle, &drive.start());
+        let (time, estimates) = timed(clock, || {
+            epochs.iter().try_fold(0usize, |n, epoch| {
+                // What is put out has to be made even though nothing reads it.
+                Ok::<_, EstimatorError>(n + usize::from(black_box(estimator.step(epoch)?).is_some()))
+            })
+        });
+        samples.push(time * 1e9 / estimates.map_err(|e| e.to_string())? as f64);
+    }
+    Ok(samples)
+}
+
 fn estimate_all(drive: &Drive) -> Result<(), String> {
     ESTIMATORS
         .iter()
@@ -130,6 +160,11 @@ fn bench(clock: &impl Fn() -> f64, rounds: usize) -> Result<Report, String> {
             let (time, run) = timed(clock, || run_by_name(e.name, &drive, &Value::Null, None));
             entry.samples.push(time * 1e9 / run.map_err(|e| e.to_string())?.series().len() as f64);
         }
+    }
+    for variant in [Variant::EkfModel, Variant::Robust, Variant::RobustAx] {
+        let params = OrientationParams { variant, ..OrientationParams::default() };
+        let samples = filter_steps::<Orientation>(clock, &drive, &params, rounds)?;
+        entries.push(Entry { name: format!("filter alone, orientation {}", variant.name()), unit: "ns", samples });
     }
     let together = (0..rounds).map(|_| {
         let (time, outcome) = timed(clock, || estimate_all(&drive));
