@@ -38,7 +38,7 @@ pub struct Opened {
 impl LogArgs {
     /// A log that another argument names.
     pub fn of(log: PathBuf, mapping: Option<PathBuf>) -> Self {
-        Self { log, mapping, format: None }
+        Self { log, mapping, format: None, gnss_raw: None }
     }
 
     /// Read the log slice by slice.

@@ -144,13 +144,22 @@ impl MapReport {
 }
 
 /// How often each raw column is still needed: the last use takes its values.
-struct Shared<'a>(std::collections::BTreeMap<&'a str, usize>);
+struct Shared<'a>(Vec<(&'a str, usize)>);
 
 impl<'a> Shared<'a> {
     fn of(mapping: &'a Mapping) -> Self {
-        let mut uses = std::collections::BTreeMap::new();
-        mapping.signals.values().for_each(|s| *uses.entry(s.column.as_str()).or_insert(0) += 1);
-        Self(uses)
+        let mut shared = Self(Vec::new());
+        mapping.signals.values().for_each(|s| *shared.uses(&s.column, 0) += 1);
+        shared
+    }
+
+    /// How often `column` is still needed; `first` where it was not met before.
+    fn uses(&mut self, column: &'a str, first: usize) -> &mut usize {
+        let place = self.0.iter().position(|(name, _)| *name == column).unwrap_or_else(|| {
+            self.0.push((column, first));
+            self.0.len() - 1
+        });
+        &mut self.0[place].1
     }
 }
 
@@ -296,7 +305,7 @@ impl<'m> Loader<'_, 'm> {
     /// The SI values of a signal in these rows.
     fn take(&mut self, name: &str, source: &'m SignalSource, unit_factor: f64, rows: &[u32], all: bool) -> Vec<f64> {
         let (factor, offset) = (unit_factor * source.scale, source.offset);
-        let uses = self.shared.0.entry(source.column.as_str()).or_insert(1);
+        let uses = self.shared.uses(&source.column, 1);
         *uses -= 1;
         let last_use = *uses == 0 && source.column != self.mapping.time.column;
         let Some(column) = self.table.columns.iter_mut().find(|c| c.name == source.column) else {

@@ -59,7 +59,7 @@ impl World<'_> {
     }
 
     /// The sensors now. The yaw gyro's noise is the walk of the yaw: it is put there, not into the reading.
-    fn measure(&mut self) -> Epoch {
+    fn measure(&mut self) -> Epoch<'static> {
         let (roll, pitch, yaw) = (self.x[0] + self.x[5], self.x[2] + self.x[6], self.x[4]);
         let v = self.speed();
         let slip = self.v.cg_to_rear - v * v / (self.p.rear_slip_stiffness * 9.80665);

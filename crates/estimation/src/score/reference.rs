@@ -3,8 +3,6 @@
 //! Equal times are exact. Between two samples of truth: linear, the short way round for angles, nearest for the motion
 //! mode. Never outside truth's span and never across a hole wider than [`MAX_GAP`].
 
-use std::collections::HashMap;
-
 use drivescope_drive::channel::Series;
 use drivescope_drive::drive::Drive;
 use drivescope_drive::frames::wrap_angle;
@@ -22,23 +20,24 @@ pub struct TruthTable<'a> {
     drive: &'a Drive,
     times: &'a [f64],
     local: Option<[Vec<f64>; 3]>,
-    found: HashMap<&'static str, Option<Vec<f64>>>,
+    found: Vec<(&'static str, Option<Vec<f64>>)>,
 }
 
 impl<'a> TruthTable<'a> {
     /// The truth of `drive` at `times` (s, increasing).
     pub fn new(drive: &'a Drive, times: &'a [f64]) -> Self {
-        Self { drive, times, local: None, found: HashMap::new() }
+        Self { drive, times, local: None, found: Vec::new() }
     }
 
     /// The truth signal `name` at each time, NaN where it has no value; `None` where the drive does not have it.
     pub fn get(&mut self, name: &str) -> Option<&[f64]> {
         let known = drivescope_drive::truth::truth_column(name)?;
-        if !self.found.contains_key(known.name) {
+        let place = self.found.iter().position(|(name, _)| *name == known.name).unwrap_or_else(|| {
             let values = self.look_up(known.name);
-            self.found.insert(known.name, values);
-        }
-        self.found.get(known.name)?.as_deref()
+            self.found.push((known.name, values));
+            self.found.len() - 1
+        });
+        self.found[place].1.as_deref()
     }
 
     fn look_up(&mut self, name: &str) -> Option<Vec<f64>> {
