@@ -95,7 +95,8 @@ mod tests {
         let origin = Geodetic { lat: 0.6, lon: 2.0, alt: 50.0 };
         let mut filter = FixedGain::new(Pose::default(), origin);
         let place = LocalFrame::new(origin).to_geodetic(&nalgebra::Vector3::new(10.0, -4.0, 0.0));
-        let gnss = Gnss { lat: place.lat, lon: place.lon, alt: place.alt, v_north: 0.0, v_east: 1.0, ..Gnss::default() };
+        let gnss =
+            Gnss { lat: place.lat, lon: place.lon, alt: place.alt, v_north: 0.0, v_east: 1.0, ..Gnss::default() };
         let pose = filter.step(&Epoch { gnss: Some(gnss), ..Epoch::default() });
         assert!((pose.north - 3.0).abs() < 1e-6 && (pose.east + 1.2).abs() < 1e-6);
         assert!((pose.yaw - 0.1 * std::f64::consts::FRAC_PI_2).abs() < 1e-12);

@@ -69,8 +69,9 @@ pub struct GoToGoal {
     is_stopping: bool,
 }
 
-/// Deceleration that the stop is planned with, m/s^2, and the margin before the goal, m.
-const STOP_DECELERATION: f64 = 0.5;
+/// Deceleration that a stop is planned with, m/s^2.
+pub const STOP_DECELERATION: f64 = 0.5;
+/// Margin before the goal, m.
 const STOP_MARGIN: f64 = 0.05;
 
 impl GoToGoal {

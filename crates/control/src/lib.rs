@@ -55,3 +55,10 @@ impl Pose {
         [self.north, self.east, self.yaw, self.speed, self.lateral_speed, self.yaw_rate].iter().all(|v| v.is_finite())
     }
 }
+
+impl From<[f64; 6]> for Pose {
+    /// North, east, yaw, forward speed, speed to the right, yaw rate.
+    fn from([north, east, yaw, speed, lateral_speed, yaw_rate]: [f64; 6]) -> Self {
+        Self { north, east, yaw, speed, lateral_speed, yaw_rate }
+    }
+}

@@ -68,15 +68,20 @@ fn a_wheel_never_brakes_beyond_its_share_of_the_peak() {
 fn an_understeering_car_turns_less_than_its_wheels_are_set() {
     let car = VehicleParams::default();
     let model = YawModel::with_own_tyres(&car, 1.0);
-    assert!((model.rear.slope() / model.front.slope() - car.rear_cornering * car.cg_to_front
-        / (car.front_cornering * car.cg_to_rear)).abs() < 1e-12);
+    assert!(
+        (model.rear.slope() / model.front.slope()
+            - car.rear_cornering * car.cg_to_front / (car.front_cornering * car.cg_to_rear))
+            .abs()
+            < 1e-12
+    );
     let (slow, fast) = (model.steady_yaw_rate(1.0, 0.01) / 1.0, model.steady_yaw_rate(30.0, 0.01) / 30.0);
     assert!(fast < slow);
     // At the steady state of the linear model both rates vanish.
     let (speed, steer) = (20.0, 1e-4);
     let rate = model.steady_yaw_rate(speed, steer);
     let rear_slip = -car.mass * speed * rate * car.cg_to_front / (model.wheelbase() * 2.0 * model.rear.slope());
-    let steady = Pose { speed, yaw_rate: rate, lateral_speed: speed * rear_slip + car.cg_to_rear * rate, ..Pose::default() };
+    let steady =
+        Pose { speed, yaw_rate: rate, lateral_speed: speed * rear_slip + car.cg_to_rear * rate, ..Pose::default() };
     let (sideways, turning) = model.rates(&steady, steer);
     // What is left is of third order in the angles: 1e-8 m/s^2 here, 1e-5 at ten times the angle.
     assert!(sideways.abs() < 1e-7 && turning.abs() < 1e-7, "{sideways} {turning}");
