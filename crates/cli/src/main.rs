@@ -1,5 +1,6 @@
 //! `drivescope`: the same core as the page, on the command line.
 
+mod closed_loop;
 mod log;
 mod output;
 mod report;
@@ -69,6 +70,8 @@ enum Command {
         #[arg(long, value_name = "LOG.csv")]
         out: PathBuf,
     },
+    /// Let controllers drive a car and write down what it did: `drivescope list loops` shows what there is.
+    ClosedLoop(closed_loop::Args),
     /// Measure what a step, a megabyte of CSV and an hour of driving cost; prints JSON.
     #[command(hide = true)]
     Bench {
@@ -96,6 +99,7 @@ enum Listed {
     Signals,
     Params,
     Vehicles,
+    Loops,
 }
 
 fn main() -> ExitCode {
@@ -105,6 +109,7 @@ fn main() -> ExitCode {
             run(&log, &estimator, params.as_deref(), &set, vehicle.as_deref(), &out, metrics.as_deref())
         }
         Command::Simulate { drive, seed, out } => simulate(&drive, seed, &out),
+        Command::ClosedLoop(args) => closed_loop::run(&args),
         Command::Bench { quick, .. } => {
             let begin = std::time::Instant::now();
             let report = drivescope_bench::bench_json(|| begin.elapsed().as_secs_f64(), quick);
@@ -116,6 +121,7 @@ fn main() -> ExitCode {
             Listed::Signals => report::signals(json),
             Listed::Params => report::params(json),
             Listed::Vehicles => report::vehicles(json),
+            Listed::Loops => closed_loop::list(json),
         }),
     };
     match outcome {

@@ -86,3 +86,51 @@ fn an_understeering_car_turns_less_than_its_wheels_are_set() {
     // What is left is of third order in the angles: 1e-8 m/s^2 here, 1e-5 at ten times the angle.
     assert!(sideways.abs() < 1e-7 && turning.abs() < 1e-7, "{sideways} {turning}");
 }
+
+/// A small generator of its own: numbers in -1 to 1 (splitmix64).
+fn next(state: &mut u64) -> f64 {
+    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    ((z ^ (z >> 31)) >> 10) as f64 / (1_u64 << 53) as f64 - 1.0
+}
+
+#[test]
+fn the_whole_controller_reaches_its_surface_on_every_car_inside_the_bounds() {
+    // (23) with what the controller really puts out: s s' <= -eta |s| outside the boundary layer, on cars whose yaw inertia
+    // differs by up to xi_max either way and whose yaw acceleration differs by up to F_r.
+    let (mut rng, mut outside) = (3, 0);
+    for _ in 0..50_000 {
+        let params = YawMomentParams {
+            reaching_rate: 0.05 + 2.5 * (1.0 + next(&mut rng)),
+            model_error: 1.0 + next(&mut rng),
+            gain_ratio: 1.5 + 0.5 * next(&mut rng),
+            boundary_layer: 0.02,
+            moment_limit: 1e9,
+            brake_lag: 0.0,
+            ..YawMomentParams::default()
+        };
+        let (eta, error, ratio) = (params.reaching_rate, params.model_error, params.gain_ratio);
+        let model = model();
+        let mut control = YawMomentControl::new(params, model);
+        let pose = Pose {
+            speed: 11.0 + 9.0 * next(&mut rng),
+            lateral_speed: next(&mut rng),
+            yaw_rate: next(&mut rng),
+            ..Pose::default()
+        };
+        let steer = 0.2 * next(&mut rng);
+        let row = control.step(&pose, steer, 0.01);
+        if steer.abs() < LEAST_STEER || row.surface.abs() < 0.02 {
+            continue;
+        }
+        outside += 1;
+        let reference_slope = row.yaw_rate_reference / 0.01;
+        let xi = ratio.powf(next(&mut rng));
+        let truth = model.rates(&pose, steer).1 + error * next(&mut rng) + xi * row.moment_command / model.inertia;
+        let s = row.surface;
+        assert!(s * (truth - reference_slope) <= -eta * s.abs() + 1e-9, "s {s}, eta {eta}, xi {xi}");
+    }
+    assert!(outside > 30_000, "{outside}");
+}

@@ -47,6 +47,15 @@ impl Body {
         }
     }
 
+    /// Whether the car is still one that drives: finite, and not turned over.
+    pub fn is_upright(&self) -> bool {
+        let stands = match self {
+            Self::SixDof(car) => car.plant().attitude()[(2, 2)] > 0.5,
+            _ => true,
+        };
+        stands && self.pose().is_finite()
+    }
+
     /// Acceleration to the right, m/s^2.
     pub fn lateral_acceleration(&self, action: &Action) -> f64 {
         match self {

@@ -80,6 +80,7 @@ pub struct ClosedLoop {
     speed: f64,
     log: Log,
     sample: u64,
+    has_failed: bool,
 }
 
 impl ClosedLoop {
@@ -104,6 +105,7 @@ impl ClosedLoop {
             speed,
             log: Log::new(settings.scenario.name, &settings.vehicle()),
             sample: 0,
+            has_failed: false,
             body,
             motion,
             settings,
@@ -141,14 +143,19 @@ impl ClosedLoop {
         self.is_done()
     }
 
-    /// Whether the end is reached.
+    /// Whether the end is reached, in time or because the car turned over.
     pub fn is_done(&self) -> bool {
-        self.sample > self.last_sample()
+        self.has_failed || self.sample > self.last_sample()
+    }
+
+    /// Whether the car turned over or left its model's range; what was written down ends before.
+    pub fn has_failed(&self) -> bool {
+        self.has_failed
     }
 
     /// Share that lies behind, 0 to 1.
     pub fn fraction(&self) -> f64 {
-        self.sample as f64 / (self.last_sample() + 1) as f64
+        if self.is_done() { 1.0 } else { self.sample as f64 / (self.last_sample() + 1) as f64 }
     }
 
     /// Time reached, s.
@@ -229,7 +236,7 @@ impl ClosedLoop {
     /// Decide and move on to the next sample.
     fn act(&mut self) {
         let (time, truth) = (self.time(), self.body.pose());
-        if self.sample.is_multiple_of(DECISION) {
+        if self.sample.is_multiple_of(DECISION) && self.settings.scenario.task != Task::JTurn {
             let ranges = self.log.last_ranges(time);
             let decided = self.guidance.decide(&self.settings, &self.known, ranges.as_ref());
             if let Some(steer) = decided.steer {
@@ -247,6 +254,7 @@ impl ClosedLoop {
         self.speed = self.next_speed(time);
         self.body.advance(&action, self.speed, STEP);
         self.sample += 1;
+        self.has_failed = !self.body.is_upright();
     }
 
     /// Speed at the next sample, as the actuator brings it about.

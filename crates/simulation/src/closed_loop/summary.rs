@@ -32,7 +32,7 @@ pub struct Summary {
     pub miss: f64,
     /// Root mean square error of the place that the controllers know, m.
     pub position_rms: f64,
-    /// Largest lateral acceleration and the last one, in g.
+    /// Largest lateral acceleration, in g.
     pub peak_lateral_g: f64,
     /// Lateral acceleration at the end, in g.
     pub end_lateral_g: f64,
@@ -46,13 +46,15 @@ pub struct Summary {
     pub moment_variation: f64,
 }
 
+/// Largest size; NaN of nothing.
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.map(f64::abs).fold(0.0, f64::max)
+    values.map(f64::abs).fold(f64::NAN, f64::max)
 }
 
+/// Root mean square; NaN of nothing.
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0.0), |(s, n), v| (s + v * v, n + 1.0));
-    (sum / count as f64).sqrt()
+    (sum / count).sqrt()
 }
 
 /// Sum up what was written down; `goal` and `obstacle` (north, m) where there are any.
@@ -81,7 +83,7 @@ pub(super) fn summary(
         max_cross_track: largest(cross_track.iter().copied()),
         rms_cross_track: rms(cross_track.iter().copied()),
         late_cross_track: rms(late()),
-        late_max_cross_track: if late().next().is_some() { largest(late()) } else { f64::NAN },
+        late_max_cross_track: largest(late()),
         clearance: guidance.column("clearance").unwrap_or_default().iter().copied().fold(f64::NAN, f64::min),
         return_distance: obstacle.map_or(f64::NAN, |o| returned(&along, cross_track, o + AFTER_OBSTACLE)),
         miss: goal.map_or(f64::NAN, |(n, e)| {
