@@ -54,7 +54,7 @@ params! {
         /// A blocked sector becomes free below this magnitude.
         free_below (""): number = 2.0, "1", 0.1 ..= 50.0 Log, from "SPEC navigation 8";
         /// Furthest turn from the heading that is considered.
-        widest_turn (""): number = 1.745_329_251_994_329_5, "rad", 0.5 ..= 3.14 Linear, from "SPEC navigation 8: 100 deg";
+        widest_turn (""): number = 1.745_329_251_994_329_5, "rad", 0.5 ..= 3.0 Linear, from "SPEC navigation 8: 100 deg";
     }
 }
 
