@@ -3,6 +3,7 @@
 mod closed_loop;
 mod log;
 mod output;
+mod papers;
 mod report;
 
 use std::io::Write;
@@ -72,6 +73,14 @@ enum Command {
     },
     /// Let controllers drive a car and write down what it did: `drivescope list loops` shows what there is.
     ClosedLoop(closed_loop::Args),
+    /// Try what the papers claim, on drives simulated here, and print the numbers and the verdicts.
+    Papers {
+        /// A chapter (`orientation`) or one claim (`orientation/static_vectors`); all of them without it.
+        id: Option<String>,
+        /// Print JSON instead of text.
+        #[arg(long)]
+        json: bool,
+    },
     /// Measure what a step, a megabyte of CSV and an hour of driving cost; prints JSON.
     #[command(hide = true)]
     Bench {
@@ -110,6 +119,7 @@ fn main() -> ExitCode {
         }
         Command::Simulate { drive, seed, out } => simulate(&drive, seed, &out),
         Command::ClosedLoop(args) => closed_loop::run(&args),
+        Command::Papers { id, json } => papers::papers(id.as_deref(), json).and_then(|text| output::print(&text)),
         Command::Bench { quick, .. } => {
             let begin = std::time::Instant::now();
             let report = drivescope_bench::bench_json(|| begin.elapsed().as_secs_f64(), quick);
