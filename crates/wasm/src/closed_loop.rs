@@ -58,15 +58,18 @@ pub fn loop_catalogue() -> Result<JsValue, JsError> {
     })
 }
 
+/// What turns an epoch into a pose.
+type Navigator = Box<dyn FnMut(&Epoch) -> Option<Pose>>;
+
 /// A closed loop that is being driven. Lives in a worker.
 #[wasm_bindgen]
 pub struct DrivenLoop {
     run: ClosedLoop,
-    navigator: Box<dyn FnMut(&Epoch) -> Option<Pose>>,
+    navigator: Navigator,
 }
 
 /// The GNSS/INS filter from what may be known before the first epoch.
-fn navigator(start: &Start) -> Box<dyn FnMut(&Epoch) -> Option<Pose>> {
+fn navigator(start: &Start) -> Navigator {
     let params = GnssInsParams { initial_yaw_sigma: start.yaw_sigma.min(1.571), ..GnssInsParams::default() };
     let Start { time, place, velocity, body_to_nav, .. } = *start;
     let mut filter = GnssIns::from_known(&params, &KnownStart { time, place, velocity, body_to_nav });
