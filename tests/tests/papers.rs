@@ -54,6 +54,53 @@ fn another_car_and_cheaper_sensors_need_no_other_tuning_on_the_flat() {
 }
 
 #[test]
+fn the_goal_is_reached_from_wrong_headings_and_the_line_is_not_followed() {
+    assert_eq!(verdict("control/goal"), Verdict::Supported);
+}
+
+#[test]
+fn without_the_filter_the_vehicle_strays_by_some_20_cm_but_does_not_converge() {
+    assert_eq!(verdict("control/free_line"), Verdict::Partly);
+}
+
+#[test]
+fn the_obstacle_is_passed_and_the_line_found_at_31_m_but_not_6_m_earlier_than_without_the_filter() {
+    assert_eq!(verdict("control/obstacle"), Verdict::Partly);
+}
+
+#[test]
+fn the_lateral_acceleration_of_the_j_turn_comes_down_from_0_2_to_0_15_g() {
+    assert_eq!(verdict("control/j_turn"), Verdict::Supported);
+}
+
+#[test]
+fn with_a_yaw_moment_of_zero_the_car_does_not_turn() {
+    assert_eq!(verdict("control/moment_to_zero"), Verdict::NotSupported);
+}
+
+#[test]
+fn without_steering_nothing_diverges() {
+    assert_eq!(verdict("control/no_steering"), Verdict::NotSupported);
+}
+
+#[test]
+fn the_printed_gain_does_not_reach_the_surface_and_the_corrected_one_does() {
+    assert_eq!(verdict("control/reaching"), Verdict::NotSupported);
+    let finding = attempt("control/reaching").unwrap();
+    assert_eq!(finding.figures[1].value, 0.0, "{finding:?}");
+}
+
+#[test]
+fn the_boundary_layer_ends_the_chattering() {
+    assert_eq!(verdict("control/chattering"), Verdict::Supported);
+}
+
+#[test]
+fn removing_the_slip_helps_the_path_and_not_the_place() {
+    assert_eq!(verdict("control/slip"), Verdict::Partly);
+}
+
+#[test]
 fn every_claim_says_what_it_is_and_its_trials_have_names_of_their_own() {
     for paper in PAPERS {
         for claim in paper.claims {

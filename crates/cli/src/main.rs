@@ -1,5 +1,6 @@
 //! `drivescope`: the same core as the page, on the command line.
 
+mod closed_loop;
 mod log;
 mod magnetometer;
 mod output;
@@ -82,6 +83,8 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         gnss_raw: Option<PathBuf>,
     },
+    /// Let controllers drive a car and write down what it did: `drivescope list loops` shows what there is.
+    ClosedLoop(closed_loop::Args),
     /// Try what the papers claim, on drives simulated here, and print the numbers and the verdicts.
     Papers {
         /// A chapter (`orientation`) or one claim (`orientation/static_vectors`); all of them without it.
@@ -117,6 +120,7 @@ enum Listed {
     Signals,
     Params,
     Vehicles,
+    Loops,
 }
 
 fn main() -> ExitCode {
@@ -130,6 +134,7 @@ fn main() -> ExitCode {
             simulate(&drive, seed, &set, &out, gnss_raw.as_deref())
         }
         Command::CalibrateMagnetometer(args) => magnetometer::calibrate(&args),
+        Command::ClosedLoop(args) => closed_loop::run(&args),
         Command::Papers { id, json } => papers::papers(id.as_deref(), json).and_then(|text| output::print(&text)),
         Command::Bench { quick, .. } => {
             let begin = std::time::Instant::now();
@@ -142,6 +147,7 @@ fn main() -> ExitCode {
             Listed::Signals => report::signals(json),
             Listed::Params => report::params(json),
             Listed::Vehicles => report::vehicles(json),
+            Listed::Loops => closed_loop::list(json),
         }),
     };
     match outcome {

@@ -156,11 +156,33 @@ fn lists_name_everything_there_is() {
         ("signals", "gnss_lat [deg]"),
         ("params", "q2_th"),
         ("vehicles", "kim_2014"),
+        ("loops", "obstacle_course"),
     ] {
         let list = drivescope(&["list", what]);
         assert!(list.status.success() && String::from_utf8_lossy(&list.stdout).contains(part), "{what}");
         let json = drivescope(&["list", what, "--json"]);
         serde_json::from_slice::<serde_json::Value>(&json.stdout).unwrap();
+    }
+}
+
+#[test]
+fn a_closed_loop_is_driven_and_written_and_refuses_what_it_cannot_set() {
+    let folder = Folder::new("closed_loop");
+    let (out, guidance, log, metrics) =
+        (folder.path("out.csv"), folder.path("guidance.csv"), folder.path("log.csv"), folder.path("metrics.json"));
+    let set = ["--set", "duration=20", "--set", "look_ahead=6"];
+    let files = ["--out", &out, "--guidance", &guidance, "--log", &log, "--metrics", &metrics];
+    let run = drivescope(&[&["closed-loop", "obstacle_course"][..], &set, &files].concat());
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let lines = |path: &str| std::fs::read_to_string(path).unwrap().lines().count();
+    assert_eq!((lines(&out), lines(&guidance)), (2002, 202), "a header, and rows from 0 to 20 s at 100 and 10 Hz");
+    let metrics: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&metrics).unwrap()).unwrap();
+    assert!(metrics["settings"]["look_ahead"] == 6.0 && metrics["summary"]["clearance"].as_f64().unwrap() > 0.35);
+    let info = drivescope(&["info", &log, "--json"]);
+    assert!(info.status.success(), "{}", String::from_utf8_lossy(&info.stderr));
+    for (arguments, named) in [(["nothing", "look_ahead=6"], "nothing"), (["j_turn", "eta=50"], "reaching_rate")] {
+        let refused = drivescope(&["closed-loop", arguments[0], "--set", arguments[1], "--out", &out]);
+        assert!(refused.status.code() == Some(2) && String::from_utf8_lossy(&refused.stderr).contains(named));
     }
 }
 

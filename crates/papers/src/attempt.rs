@@ -182,7 +182,7 @@ impl Attempt {
 }
 
 /// The JSON of a declaration; empty text is an empty object.
-fn json(text: &str) -> Result<Value, PaperError> {
+pub(crate) fn json(text: &str) -> Result<Value, PaperError> {
     if text.is_empty() {
         return Ok(Value::Object(serde_json::Map::new()));
     }

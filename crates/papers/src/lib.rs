@@ -9,6 +9,7 @@
 
 mod attempt;
 mod claim;
+pub mod control;
 mod evidence;
 mod figure;
 pub mod motion;
@@ -22,7 +23,8 @@ pub use evidence::{Errors, Evidence};
 pub use figure::{Figure, Finding, Verdict};
 
 /// Every paper, a chapter each.
-pub const PAPERS: &[&Paper] = &[&orientation::PAPER, &slope::PAPER, &motion::PAPER, &navigation::PAPER];
+pub const PAPERS: &[&Paper] =
+    &[&orientation::PAPER, &slope::PAPER, &motion::PAPER, &navigation::PAPER, &control::PAPER];
 
 /// The claim called `paper/claim`, as in `orientation/static_vectors`.
 ///

@@ -12,9 +12,11 @@
 //! | [`driveline`], [`driver`], [`manoeuvre`] | engine, gears, brakes; who drives, and what they try out |
 //! | [`motion`], [`truth`], [`earth`] | the sensors' true motion and its columns |
 //! | [`grades`], [`sensors`] | what the sensors make of it |
+//! | [`closed_loop`] | controllers of `drivescope_control` driving a car |
 //! | [`run`], [`mod@sketch`] | the simulation that grows a drive, and a picture of it without |
 
 pub mod car;
+pub mod closed_loop;
 pub mod driveline;
 pub mod driver;
 pub mod drives;

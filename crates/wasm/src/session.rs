@@ -252,7 +252,8 @@ impl Session {
 }
 
 impl Session {
-    fn put_in_place(&mut self, opened: Opened) -> Progress {
+    /// Put an opened drive in place; all runs are gone.
+    pub(crate) fn put_in_place(&mut self, opened: Opened) -> Progress {
         self.report = DriveReport::new(&opened.drive, opened.report);
         self.drive = opened.drive;
         self.slots = empty_slots();

@@ -15,6 +15,7 @@ mod estimate;
 pub mod filter;
 mod fix;
 mod inertial;
+mod known_start;
 pub mod measurement;
 pub mod running;
 mod tuning;
@@ -33,6 +34,7 @@ pub use self::estimate::GnssInsEstimate;
 use self::estimate::Verdicts;
 pub use self::fix::{Fix, NOMINAL_ORIGIN};
 use self::inertial::{Hold, Sample};
+pub use self::known_start::KnownStart;
 use self::running::{Aids, Running, STANDING_SPEED};
 pub use self::tuning::{GnssInsParams, Gravity, Tuning};
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
@@ -281,8 +283,7 @@ impl GnssIns {
         Some(row)
     }
 
-    /// Begin with a given state instead of aligning: for replays that start from a known one.
-    #[cfg(test)]
+    /// Begin with a given state instead of aligning: for loops and replays that start from a known one.
     fn begin_at(&mut self, time: f64, navigation: crate::ins::Navigation) {
         let p = &self.tuning.params;
         let covariance = self.tuning.initial_covariance(p.initial_tilt_sigma, p.initial_yaw_sigma);

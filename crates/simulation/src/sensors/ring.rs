@@ -49,15 +49,25 @@ impl Ring {
         Self { posts: obstacles.iter().map(place).collect(), rng: Rng::new(seed, "ring") }
     }
 
+    /// A ring among posts: north and east of the local origin, and radius, m.
+    pub fn among(posts: &[[f64; 3]], seed: u64) -> Self {
+        let place = |p: &[f64; 3]| (Vector3::new(p[0], p[1], 0.0), p[2]);
+        Self { posts: posts.iter().map(place).collect(), rng: Rng::new(seed, "ring") }
+    }
+
     /// The next sample, axes from left to right.
     pub fn next(&mut self, plant: &Plant) -> Range {
         let attitude = plant.attitude();
         let here = plant.place() + attitude.column(0) * plant.car.params.cg_to_front;
-        let heading = libm::atan2(attitude[(1, 0)], attitude[(0, 0)]);
+        self.read(here.x, here.y, libm::atan2(attitude[(1, 0)], attitude[(0, 0)]))
+    }
+
+    /// A sample from a place (north and east, m) at a heading (rad), axes from left to right.
+    pub fn read(&mut self, north: f64, east: f64, heading: f64) -> Range {
         let readings: [f64; AXES] = std::array::from_fn(|axis| {
             let direction = heading + (FIRST + BETWEEN * axis as f64).to_radians();
             let nearest = self.posts.iter().filter_map(|(post, radius)| {
-                let (north, east) = (post.x - here.x, post.y - here.y);
+                let (north, east) = (post.x - north, post.y - east);
                 let bearing = wrap_angle(libm::atan2(east, north) - direction);
                 echo((north * north + east * east).sqrt(), bearing, *radius)
             });
