@@ -73,7 +73,7 @@ mod tests {
     use super::*;
     use drivescope_drive::signals::{Gnss, Imu, Wheels};
 
-    fn epoch(time: f64, gyro_z: f64, speed: f64) -> Epoch {
+    fn epoch(time: f64, gyro_z: f64, speed: f64) -> Epoch<'static> {
         Epoch {
             time,
             imu: Some(Imu { gyro_z, ..Imu::default() }),

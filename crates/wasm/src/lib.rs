@@ -3,13 +3,11 @@
 //! In: dropped files, read in slices, a mapping, parameter values. Out: reports and schemas as plain objects, columns as
 //! fresh `Float64Array`s that JavaScript owns. No view into wasm memory outlives a call. No arithmetic happens here.
 
-mod closed_loop;
 mod opening;
 mod reports;
 mod runs;
 mod session;
 
-pub use closed_loop::{DrivenLoop, loop_catalogue};
 pub use session::Session;
 
 #[cfg(feature = "bench")]

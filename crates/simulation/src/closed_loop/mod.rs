@@ -210,7 +210,7 @@ impl ClosedLoop {
     }
 
     /// Measure at this sample.
-    fn measure(&mut self) -> Epoch {
+    fn measure(&mut self) -> Epoch<'static> {
         let time = self.time();
         let next = self.body.motion(self.motion.place);
         let place = if self.sample == 0 { self.motion.place } else { self.motion.place_after(&next.velocity, STEP) };
