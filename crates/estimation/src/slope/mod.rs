@@ -54,12 +54,18 @@ const LARGEST_ACCEL: f64 = 50.0;
 const LARGEST_YAW_RATE: f64 = 20.0;
 const LARGEST_WHEEL: f64 = 100.0;
 const LARGEST_STEER: f64 = 1.2;
+/// A wheel speed with a larger normalized innovation squared is a fault: 30 sigmas.
+const LARGEST_WHEEL_NIS: f64 = 1000.0;
+/// A wheel speed that stays beyond that for so long is believed, s.
+const JUMP_TIME: f64 = 0.1;
 /// Higher or lower than any road, m.
 const LARGEST_ALTITUDE: f64 = 1e4;
 
 const OUT_OF_RANGE: &str = "a measurement beyond its sensor's range was left out";
 const RESTARTED: &str =
     "the filters were restarted at the current wheel speed because a state or covariance had broken";
+const WHEEL_LEFT_OUT: &str = "a wheel speed that no car could have reached since the last one was left out";
+const WHEEL_JUMPED: &str = "the wheel speed jumped and stayed; the filters were restarted at the new one";
 const TIME_REFUSED: &str = "an epoch whose time did not advance was skipped";
 const GAP: &str = "a hole of more than 1 s was taken as 1 s";
 const BARO_REJECTED: &str = "a barometric altitude was rejected by its gate";
@@ -82,6 +88,8 @@ pub struct Slope {
     steer: f64,
     inertial: DelayLine,
     axles: AxleCheck,
+    /// Since when the wheel speed has been beyond belief, s.
+    jumped: Option<f64>,
     notices: Notices,
 }
 
@@ -168,6 +176,7 @@ impl Estimator for Slope {
             steer: 0.0,
             inertial: DelayLine::new(params.wheel_latency),
             axles: AxleCheck::default(),
+            jumped: None,
             notices: Notices::default(),
         }
     }
@@ -177,7 +186,7 @@ impl Estimator for Slope {
         if let Some(steering) = &epoch.steering {
             self.hold_steering(steering, t);
         }
-        let Some(row) = self.row(epoch) else { return Ok(None) };
+        let Some(mut row) = self.row(epoch) else { return Ok(None) };
         if row.wheel.is_finite() {
             self.wheel = row.wheel;
         }
@@ -197,6 +206,10 @@ impl Estimator for Slope {
         self.time = Some(t);
         if dt > LONGEST_GAP {
             self.notices.add(GAP, t);
+        }
+        if self.has_jumped(&mut row, t) {
+            self.restart();
+            return Ok(Some(self.estimate(&Nis::NONE)));
         }
         let nis = match self.advance(&row, dt.min(LONGEST_GAP)) {
             Ok(nis) if self.motion.is_sound() && self.pitch.is_sound() && self.grade.is_sound() => nis,
@@ -263,6 +276,28 @@ impl Slope {
             upward: screen(upward, LARGEST_WHEEL),
             has_imu: epoch.imu.is_some(),
         })
+    }
+
+    /// Leave out a wheel speed that is beyond belief; whether it has stayed there so long that it is the truth.
+    fn has_jumped(&mut self, row: &mut Row, time: f64) -> bool {
+        if row.wheel.is_nan() {
+            return false;
+        }
+        let sigma = self.wheel_sigma(self.params.grade_wheel_sigma, row);
+        let away = row.wheel - self.grade.x[grade::SPEED];
+        if away * away <= LARGEST_WHEEL_NIS * (self.grade.p[(grade::SPEED, grade::SPEED)] + sigma * sigma) {
+            self.jumped = None;
+            return false;
+        }
+        let since = *self.jumped.get_or_insert(time);
+        let has_stayed = time - since >= JUMP_TIME;
+        self.notices.add(if has_stayed { WHEEL_JUMPED } else { WHEEL_LEFT_OUT }, time);
+        if has_stayed {
+            self.jumped = None;
+        } else {
+            row.wheel = f64::NAN;
+        }
+        has_stayed
     }
 
     /// Height that a fix gives, and the variance of its error.

@@ -1,5 +1,6 @@
 //! Tuning of the slope estimator.
 
+use drivescope_drive::vehicle::VehicleParams;
 use drivescope_drive::{choice, params};
 
 choice! {
@@ -89,5 +90,37 @@ params! {
         gnss_height_sigma (""): number = 3.0, "m", 0.1 ..= 30.0 Log, from "placeholder: a receiver of one frequency in the open";
         /// Largest accepted normalized innovation squared of barometer and GNSS.
         aid_gate (""): number = 25.0, "1", 4.0 ..= 1000.0 Log, from "SPEC slope 7";
+    }
+}
+
+impl SlopeParams {
+    /// These parameters with the pitch of a car: static squat, frequency and damping from its springs, each inside its range.
+    ///
+    /// Squat is sprung mass times its arm over the pitch stiffness. The defaults are the specification's, for no certain car.
+    pub fn with_pitch_of(&self, vehicle: &VehicleParams) -> Self {
+        let (stiffness, inertia) = (vehicle.pitch_stiffness, vehicle.pitch_inertia);
+        Self {
+            squat_gain: (vehicle.sprung_mass * vehicle.sprung_cg_arm / stiffness).clamp(0.0, 0.02),
+            pitch_frequency: (stiffness / inertia).sqrt().clamp(4.0, 15.0),
+            pitch_damping_ratio: (0.5 * vehicle.pitch_damping / (stiffness * inertia).sqrt()).clamp(0.05, 1.0),
+            ..self.clone()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use drivescope_drive::param::Params;
+
+    #[test]
+    fn the_pitch_of_every_named_car_is_inside_the_ranges() {
+        for preset in drivescope_drive::vehicle::PRESETS {
+            let vehicle = VehicleParams::preset(preset.name).unwrap();
+            SlopeParams::default().with_pitch_of(&vehicle).validate().unwrap();
+        }
+        let saloon = SlopeParams::default().with_pitch_of(&VehicleParams::preset("saloon").unwrap());
+        // 1560 kg on 0.45 m over 210 kN m/rad; 210 kN m/rad over 2900 kg m^2.
+        assert!((saloon.squat_gain - 0.003343).abs() < 1e-6 && (saloon.pitch_frequency - 8.510).abs() < 1e-3);
     }
 }
