@@ -33,6 +33,11 @@ pub struct Opened {
 }
 
 impl LogArgs {
+    /// A log by its path alone.
+    pub fn of(log: PathBuf) -> Self {
+        Self { log, mapping: None, format: None }
+    }
+
     /// Read the log slice by slice.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 mod log;
 mod output;
+mod profile;
 mod report;
 
 use std::io::Write;
@@ -58,6 +59,8 @@ enum Command {
         #[arg(long, value_name = "OUT.json")]
         metrics: Option<PathBuf>,
     },
+    /// Grade and altitude of a road against distance: from one log, or from several passes over the same road, merged.
+    Profile(profile::ProfileArgs),
     /// Simulate a built-in drive, or one described in a JSON file, and write it as a log with its truth.
     Simulate {
         /// Name of a built-in drive, or a JSON file.
@@ -104,6 +107,7 @@ fn main() -> ExitCode {
         Command::Run { log, estimator, params, set, vehicle, out, metrics } => {
             run(&log, &estimator, params.as_deref(), &set, vehicle.as_deref(), &out, metrics.as_deref())
         }
+        Command::Profile(args) => profile::profile(&args),
         Command::Simulate { drive, seed, out } => simulate(&drive, seed, &out),
         Command::Bench { quick, .. } => {
             let begin = std::time::Instant::now();
@@ -156,6 +160,9 @@ fn run(
         });
         output::write(path, |file| writeln!(file, "{body:#}"))?;
     }
+    if estimator == "slope" {
+        profile::remark(&opened.drive);
+    }
     for notice in run.notices() {
         eprintln!("note: {} ({} times, first at {:.2} s)", notice.text, notice.count, notice.first);
     }
@@ -173,11 +180,19 @@ fn parameters(file: Option<&std::path::Path>, set: &[String]) -> Result<Value, S
             }
         }
     }
-    for pair in set {
-        let (name, value) = pair.split_once('=').ok_or_else(|| format!("--set expects name=value, found `{pair}`"))?;
-        values.insert(name.trim().into(), Value::String(value.trim().into()));
-    }
+    values.extend(pairs(set)?);
     Ok(Value::Object(values))
+}
+
+/// Names and values of `name=value` pairs.
+fn pairs(set: &[String]) -> Result<Vec<(String, Value)>, Sentence> {
+    set.iter()
+        .map(|pair| {
+            let (name, value) =
+                pair.split_once('=').ok_or_else(|| format!("--set expects name=value, found `{pair}`"))?;
+            Ok((name.trim().into(), Value::String(value.trim().into())))
+        })
+        .collect()
 }
 
 fn simulate(drive: &str, seed: Option<u64>, out: &std::path::Path) -> Result<(), Sentence> {
