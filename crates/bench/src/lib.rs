@@ -1,18 +1,31 @@
 //! What a step, a megabyte of CSV and an hour of driving cost. The same work runs natively (`drivescope bench`) and in a
 //! browser (the door's `bench_json`); `cargo xtask bench` sets both side by side.
 
+use std::hint::black_box;
+
 use drivescope_drive::channel::{Channel, Record, Series};
 use drivescope_drive::csv::write_drive;
-use drivescope_drive::drive::Drive;
+use drivescope_drive::drive::{Drive, Epoch};
+use drivescope_drive::frames::body_to_nav;
+use drivescope_drive::param::Choice;
+use drivescope_estimation::estimator::{Estimator, EstimatorError};
+use drivescope_estimation::magnetometer_calibration::calibrate;
+use drivescope_estimation::orientation::{Orientation, OrientationParams, Variant};
 use drivescope_estimation::registry::{ESTIMATORS, run_by_name};
 use drivescope_import::{CsvReader, open_table};
+use nalgebra::Vector3;
 use serde::Serialize;
 use serde_json::Value;
 
 /// Copies of the ten-minute drive that make an hour.
 const COPIES: usize = 6;
+/// Epochs that a filter alone is stepped through at a time.
+const STEPPED: usize = 20_000;
 /// Bytes fed to the reader at a time.
 const SLICE: usize = 1 << 20;
+
+/// Earth's field at the built-in drives' place, north, east, down, uT.
+const EARTH: Vector3<f64> = Vector3::new(30.1124, -4.2270, 40.1258);
 
 /// One thing that was measured, several times.
 #[derive(Clone, Debug, Serialize)]
@@ -59,6 +72,7 @@ fn hour(drive: &Drive) -> Result<Drive, String> {
         truth: Series::default(),
         vehicle: drive.vehicle.clone(),
         rear_axle: drive.rear_axle,
+        unix_zero: drive.unix_zero,
     })
 }
 
@@ -86,11 +100,46 @@ fn timed<T>(clock: &impl Fn() -> f64, work: impl FnOnce() -> T) -> (f64, T) {
     (clock() - begin, result)
 }
 
+/// Cost of an epoch that gives an estimate, ns, without merging channels and without keeping columns.
+fn filter_steps<E: Estimator>(
+    clock: &impl Fn() -> f64,
+    drive: &Drive,
+    params: &E::Params,
+    rounds: usize,
+) -> Result<Vec<f64>, String> {
+    let epochs: Vec<Epoch> = drive.epochs().take(STEPPED).collect();
+    let vehicle = drive.vehicle.clone().unwrap_or_default();
+    let mut samples = Vec::new();
+    for _ in 0..3 * rounds {
+        let mut estimator = E::new(params, &vehicle, &drive.start());
+        let (time, estimates) = timed(clock, || {
+            epochs.iter().try_fold(0usize, |n, epoch| {
+                // What is put out has to be made even though nothing reads it.
+                Ok::<_, EstimatorError>(n + usize::from(black_box(estimator.step(epoch)?).is_some()))
+            })
+        });
+        samples.push(time * 1e9 / estimates.map_err(|e| e.to_string())? as f64);
+    }
+    Ok(samples)
+}
+
 fn estimate_all(drive: &Drive) -> Result<(), String> {
     ESTIMATORS
         .iter()
         .try_for_each(|e| run_by_name(e.name, drive, &Value::Null, None).map(drop))
         .map_err(|e| e.to_string())
+}
+
+/// Readings of a magnetometer with iron round it, turned through every attitude: what a full calibration has to fit.
+fn readings(count: usize) -> Vec<Vector3<f64>> {
+    (0..count)
+        .map(|k| {
+            let turn = k as f64 * 0.05;
+            let field = body_to_nav(1.3 * turn, (0.37 * turn).sin(), turn).transpose() * EARTH;
+            Vector3::new(1.04 * field.x + 0.02 * field.y + 12.0, 0.02 * field.x + 0.96 * field.y - 8.0, field.z + 5.0)
+                + Vector3::new((7.0 * turn).sin(), (11.0 * turn).sin(), (13.0 * turn).sin()) * 0.4
+        })
+        .collect()
 }
 
 fn bench(clock: &impl Fn() -> f64, rounds: usize) -> Result<Report, String> {
@@ -107,12 +156,26 @@ fn bench(clock: &impl Fn() -> f64, rounds: usize) -> Result<Report, String> {
         }
         entries.push(Entry { name: format!("step {}", e.name), unit: "ns", samples });
     }
+    for variant in [Variant::EkfModel, Variant::Robust, Variant::RobustAx] {
+        let params = OrientationParams { variant, ..OrientationParams::default() };
+        let samples = filter_steps::<Orientation>(clock, &drive, &params, rounds)?;
+        entries.push(Entry { name: format!("filter alone, orientation {}", variant.name()), unit: "ns", samples });
+    }
     let together = (0..rounds).map(|_| {
         let (time, outcome) = timed(clock, || estimate_all(&drive));
         outcome.map(|()| time)
     });
     let samples = together.collect::<Result<_, _>>()?;
     entries.push(Entry { name: "all estimators over ten minutes".into(), unit: "s", samples });
+
+    let readings = readings(10_000);
+    let mut samples = Vec::new();
+    for _ in 0..rounds {
+        let (time, outcome) = timed(clock, || calibrate(&readings, &EARTH, None));
+        outcome.result.map_err(|refusal| refusal.to_string())?;
+        samples.push(time * 1e3);
+    }
+    entries.push(Entry { name: "calibrate 10,000 magnetometer readings".into(), unit: "ms", samples });
 
     let mut text = Vec::new();
     write_drive(&hour(&drive)?, &mut text).map_err(|e| e.to_string())?;

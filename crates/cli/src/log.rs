@@ -33,9 +33,9 @@ pub struct Opened {
 }
 
 impl LogArgs {
-    /// A log by its path alone.
-    pub fn of(log: PathBuf) -> Self {
-        Self { log, mapping: None, format: None }
+    /// A log that another argument names.
+    pub fn of(log: PathBuf, mapping: Option<PathBuf>) -> Self {
+        Self { log, mapping, format: None }
     }
 
     /// Read the log slice by slice.

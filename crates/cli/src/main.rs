@@ -1,7 +1,9 @@
 //! `drivescope`: the same core as the page, on the command line.
 
 mod log;
+mod magnetometer;
 mod output;
+mod papers;
 mod profile;
 mod report;
 
@@ -52,6 +54,9 @@ enum Command {
         /// Name of the car; the drive's own or the estimator's without it.
         #[arg(long)]
         vehicle: Option<String>,
+        /// A magnetometer calibration to correct the log with, from `calibrate-magnetometer`.
+        #[arg(long, value_name = "CALIBRATION.json")]
+        calibration: Option<PathBuf>,
         /// Where the estimates go, as CSV.
         #[arg(long, value_name = "OUT.csv")]
         out: PathBuf,
@@ -61,6 +66,8 @@ enum Command {
     },
     /// Grade and altitude of a road against distance: from one log, or from several passes over the same road, merged.
     Profile(profile::ProfileArgs),
+    /// Find a magnetometer's hard and soft iron from a drive, or say why the drive does not allow it.
+    CalibrateMagnetometer(magnetometer::CalibrateArgs),
     /// Simulate a built-in drive, or one described in a JSON file, and write it as a log with its truth.
     Simulate {
         /// Name of a built-in drive, or a JSON file.
@@ -71,6 +78,14 @@ enum Command {
         /// Where the log goes, as CSV.
         #[arg(long, value_name = "LOG.csv")]
         out: PathBuf,
+    },
+    /// Try what the papers claim, on drives simulated here, and print the numbers and the verdicts.
+    Papers {
+        /// A chapter (`orientation`) or one claim (`orientation/static_vectors`); all of them without it.
+        id: Option<String>,
+        /// Print JSON instead of text.
+        #[arg(long)]
+        json: bool,
     },
     /// Measure what a step, a megabyte of CSV and an hour of driving cost; prints JSON.
     #[command(hide = true)]
@@ -104,11 +119,14 @@ enum Listed {
 fn main() -> ExitCode {
     let outcome = match Args::parse().command {
         Command::Info { log, json } => info(&log, json),
-        Command::Run { log, estimator, params, set, vehicle, out, metrics } => {
-            run(&log, &estimator, params.as_deref(), &set, vehicle.as_deref(), &out, metrics.as_deref())
+        Command::Run { log, estimator, params, set, vehicle, calibration, out, metrics } => {
+            let calibration = calibration.as_deref();
+            run(&log, &estimator, params.as_deref(), &set, vehicle.as_deref(), calibration, &out, metrics.as_deref())
         }
         Command::Profile(args) => profile::profile(&args),
+        Command::CalibrateMagnetometer(args) => magnetometer::calibrate(&args),
         Command::Simulate { drive, seed, out } => simulate(&drive, seed, &out),
+        Command::Papers { id, json } => papers::papers(id.as_deref(), json).and_then(|text| output::print(&text)),
         Command::Bench { quick, .. } => {
             let begin = std::time::Instant::now();
             let report = drivescope_bench::bench_json(|| begin.elapsed().as_secs_f64(), quick);
@@ -133,15 +151,20 @@ fn main() -> ExitCode {
 
 fn info(log: &log::LogArgs, json: bool) -> Result<(), Sentence> {
     let opened = log.open()?;
+    if let Some(warning) = magnetometer::warning(&opened.drive) {
+        eprintln!("note: {warning}");
+    }
     output::print(&if json { report::info_json(&opened) } else { report::info_text(&opened) })
 }
 
+#[allow(clippy::too_many_arguments)]
 fn run(
     log: &log::LogArgs,
     estimator: &str,
     params: Option<&std::path::Path>,
     set: &[String],
     vehicle: Option<&str>,
+    calibration: Option<&std::path::Path>,
     out: &std::path::Path,
     metrics: Option<&std::path::Path>,
 ) -> Result<(), Sentence> {
@@ -149,7 +172,10 @@ fn run(
     let vehicle = vehicle
         .map(|name| VehicleParams::preset(name).ok_or_else(|| format!("there is no car `{name}`; see `list vehicles`")))
         .transpose()?;
-    let opened = log.open()?;
+    let mut opened = log.open()?;
+    if let Some(path) = calibration {
+        magnetometer::apply(path, &mut opened.drive)?;
+    }
     let run = run_by_name(estimator, &opened.drive, &params, vehicle.as_ref()).map_err(|e| e.to_string())?;
     output::write(out, |file| drivescope_drive::csv::write_series(run.series(), file))?;
     if let Some(path) = metrics {

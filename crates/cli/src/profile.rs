@@ -95,7 +95,7 @@ fn pass(
     vehicle: Option<&VehicleParams>,
 ) -> Result<RoadProfile, String> {
     let named = |e: &dyn std::fmt::Display| format!("{}: {e}", log.display());
-    let mut drive = LogArgs::of(log.to_path_buf()).open()?.drive;
+    let mut drive = LogArgs::of(log.to_path_buf(), None).open()?.drive;
     let mut params = params.clone();
     if args.correct {
         if let Some(latency) = notable(&drive) {

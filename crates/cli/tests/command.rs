@@ -159,3 +159,15 @@ fn passes_over_one_road_become_a_table_and_a_map() {
     assert!(String::from_utf8_lossy(&nowhere.stderr).contains("GNSS position"), "no places, no map");
     assert!(!folder.0.join("none.geojson").exists());
 }
+
+#[test]
+fn papers_prints_numbers_and_a_verdict_and_knows_its_claims() {
+    let tried = drivescope(&["papers", "orientation/static_vectors", "--json"]);
+    assert!(tried.status.success(), "{}", String::from_utf8_lossy(&tried.stderr));
+    let tried: serde_json::Value = serde_json::from_slice(&tried.stdout).unwrap();
+    assert_eq!(tried[0]["verdict"], "supported");
+    assert!(tried[0]["figures"].as_array().unwrap().len() > 1);
+    let unknown = drivescope(&["papers", "nothing"]);
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&unknown.stderr).contains("orientation/static_vectors"));
+}

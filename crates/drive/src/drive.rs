@@ -32,6 +32,8 @@ pub struct Drive {
     pub vehicle: Option<VehicleParams>,
     /// Where the rear axle is, seen from the inertial sensor, m ahead; where the drive says it.
     pub rear_axle: Option<f64>,
+    /// Unix time of `t = 0`, s; where the drive knows it apart from its times.
+    pub unix_zero: Option<f64>,
 }
 
 /// Everything measured at one instant.
@@ -195,6 +197,8 @@ pub struct LogStart {
     pub origin: Option<Geodetic>,
     /// Where the rear axle is, seen from the inertial sensor, m ahead; `None` where the drive does not say.
     pub rear_axle: Option<f64>,
+    /// When the drive began, decimal year; `None` where it does not say.
+    pub date: Option<f64>,
 }
 
 impl Drive {
@@ -291,7 +295,18 @@ impl Drive {
         let wheel = self.wheels.iter().take_while(|(t, _)| *t <= soon).map(|(_, w)| w.forward_speed());
         let gnss = self.gnss.iter().take_while(|(t, _)| *t <= soon).map(|(_, g)| g.ground_speed());
         let speed = wheel.chain(gnss).find(|v| v.is_finite()).unwrap_or(f64::NAN);
-        LogStart { imu_step: median_step(imu_time), speed, origin: self.origin(), rear_axle: self.rear_axle }
+        let imu_step = median_step(imu_time);
+        LogStart { imu_step, speed, origin: self.origin(), rear_axle: self.rear_axle, date: self.date() }
+    }
+
+    /// When the drive began, decimal year: stated, or told by times that count from 1970 (2001 or later).
+    pub fn date(&self) -> Option<f64> {
+        let start = self.span()?.0;
+        let unix = match self.unix_zero {
+            Some(zero) => zero + start,
+            None => start,
+        };
+        (1e9..4.2e9).contains(&unix).then(|| crate::magnetic_model::decimal_year(unix))
     }
 
     /// Origin of local coordinates; see [`LogStart::origin`].

@@ -35,6 +35,7 @@ pub mod decimate;
 pub mod drive;
 pub mod frames;
 pub mod geodesy;
+pub mod magnetic_model;
 pub mod param;
 pub mod signals;
 pub mod truth;

@@ -12,6 +12,7 @@ pub mod ins;
 pub mod kalman;
 pub mod latency;
 pub mod levelling;
+pub mod magnetometer_calibration;
 pub mod motion_mode;
 pub mod orientation;
 pub mod registry;

@@ -9,7 +9,7 @@ use crate::clock;
 use crate::error::ImportError;
 use crate::mapping::{Mapping, SignalSource};
 use crate::names::{CHANNELS, signal};
-use crate::table::{Table, Warning};
+use crate::table::{Table, TimeEpoch, Warning};
 
 /// What became of a table under a mapping.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -88,7 +88,8 @@ pub fn apply(mut table: Table, mapping: &Mapping, name: &str) -> Result<(Drive, 
         report.warn(format!("{} without a time left out.", counted(timeless, "row")), None, row, timeless);
     }
     let mut shared = Shared::of(mapping);
-    let mut drive = Drive { name: name.to_owned(), ..Drive::default() };
+    let unix_zero = unix_zero(&table, mapping);
+    let mut drive = Drive { name: name.to_owned(), unix_zero, ..Drive::default() };
     let mut load = Loader { table: &mut table, times: &times, mapping, shared: &mut shared, report: &mut report };
     drive.imu = load.channel(0)?;
     drive.mag = load.channel(1)?;
@@ -100,6 +101,14 @@ pub fn apply(mut table: Table, mapping: &Mapping, name: &str) -> Result<(Drive, 
     drive.range = load.channel(7)?;
     drive.truth = load.truth()?;
     Ok((drive, report))
+}
+
+/// Unix time of the drive's `t = 0`, where the time column is of date and time.
+fn unix_zero(table: &Table, mapping: &Mapping) -> Option<f64> {
+    match table.column(&mapping.time.column)?.epoch? {
+        TimeEpoch::Instant(ns) => Some(ns as f64 / 1e9 - mapping.time.offset),
+        TimeEpoch::Midnight(_) => None,
+    }
 }
 
 /// `1 row`, `2 rows`.

@@ -16,8 +16,11 @@ pub fn daejeon() -> Geodetic {
     Geodetic { lat: 36.3721_f64.to_radians(), lon: 127.3604_f64.to_radians(), alt: 60.0 }
 }
 
-/// Magnetic field there, north, east and down, uT: WMM2015v2 at 2016.2.
-pub const DAEJEON_FIELD: [f64; 3] = [30.1124, -4.2270, 40.1258];
+/// Magnetic field there, north, east and down, uT: WMM2025 at 2026.0.
+pub const DAEJEON_FIELD: [f64; 3] = [30.0822, -4.5908, 40.4962];
+/// The moment of that field, s since 1970: when every simulated drive takes place. It is the year that a log without a
+/// date is taken for, so that a drive written to a file and read back meets the same field.
+pub const FIELD_UNIX_TIME: f64 = 1_767_225_600.0;
 
 /// Averages over one step that an error-free inertial sensor reads, body axes.
 #[derive(Clone, Copy, Debug, PartialEq)]

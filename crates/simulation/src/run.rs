@@ -8,7 +8,7 @@ use crate::car::Car;
 use crate::driveline::Driveline;
 use crate::driver::{Driver, PERIOD};
 use crate::earth::{Local, TangentFrame};
-use crate::motion::{Inertial, Motion, daejeon};
+use crate::motion::{FIELD_UNIX_TIME, Inertial, Motion, daejeon};
 use crate::plant::{Inputs, Plant, STEP};
 use crate::road::Road;
 use crate::sensors::satellites::RawGnss;
@@ -80,6 +80,7 @@ impl Simulation {
             truth: truth::series(),
             rear_axle: Some(-params.cg_to_rear - lever_arm.x),
             vehicle: Some(params),
+            unix_zero: Some(FIELD_UNIX_TIME),
             ..Drive::default()
         };
         let mut simulation = Self {
