@@ -101,6 +101,36 @@ fn removing_the_slip_helps_the_path_and_not_the_place() {
 }
 
 #[test]
+fn a_climb_of_15_degrees_is_found_before_and_after_the_gear_shift() {
+    assert_eq!(verdict("slope/climb"), Verdict::Supported);
+}
+
+#[test]
+fn hard_driving_on_the_flat_shows_as_slope_but_not_because_of_the_body_alone() {
+    assert_eq!(verdict("slope/flat"), Verdict::Partly);
+}
+
+#[test]
+fn the_estimated_acceleration_is_quieter_than_the_measured_one_as_in_table_3() {
+    assert_eq!(verdict("slope/table_3"), Verdict::Supported);
+}
+
+#[test]
+fn the_slope_follows_the_pitch_by_84_per_cent_on_slopes_and_less_where_they_are_gentle() {
+    assert_eq!(verdict("slope/correlation"), Verdict::Partly);
+}
+
+#[test]
+fn one_filter_can_estimate_forces_and_slope_together() {
+    assert_eq!(verdict("slope/one_filter_cannot"), Verdict::NotSupported);
+}
+
+#[test]
+fn the_pitch_of_the_body_can_be_taken_off_the_slope() {
+    assert_eq!(verdict("slope/pitch_apart"), Verdict::Supported);
+}
+
+#[test]
 fn every_claim_says_what_it_is_and_its_trials_have_names_of_their_own() {
     for paper in PAPERS {
         for claim in paper.claims {

@@ -5,6 +5,7 @@ mod log;
 mod magnetometer;
 mod output;
 mod papers;
+mod profile;
 mod report;
 
 use std::io::Write;
@@ -64,6 +65,8 @@ enum Command {
         #[arg(long, value_name = "OUT.json")]
         metrics: Option<PathBuf>,
     },
+    /// Grade and altitude of a road against distance: from one log, or from several passes over the same road, merged.
+    Profile(profile::ProfileArgs),
     /// Find a magnetometer's hard and soft iron from a drive, or say why the drive does not allow it.
     CalibrateMagnetometer(magnetometer::CalibrateArgs),
     /// Simulate a built-in drive, or one described in a JSON file, and write it as a log with its truth.
@@ -133,6 +136,7 @@ fn main() -> ExitCode {
         Command::Simulate { drive, seed, set, out, gnss_raw } => {
             simulate(&drive, seed, &set, &out, gnss_raw.as_deref())
         }
+        Command::Profile(args) => profile::profile(&args),
         Command::CalibrateMagnetometer(args) => magnetometer::calibrate(&args),
         Command::ClosedLoop(args) => closed_loop::run(&args),
         Command::Papers { id, json } => papers::papers(id.as_deref(), json).and_then(|text| output::print(&text)),
@@ -196,6 +200,9 @@ fn run(
         });
         output::write(path, |file| writeln!(file, "{body:#}"))?;
     }
+    if estimator == "slope" {
+        profile::remark(&opened.drive);
+    }
     for notice in run.notices() {
         eprintln!("note: {} ({} times, first at {:.2} s)", notice.text, notice.count, notice.first);
     }
@@ -213,11 +220,19 @@ fn parameters(file: Option<&std::path::Path>, set: &[String]) -> Result<Value, S
             }
         }
     }
-    for pair in set {
-        let (name, value) = pair.split_once('=').ok_or_else(|| format!("--set expects name=value, found `{pair}`"))?;
-        values.insert(name.trim().into(), Value::String(value.trim().into()));
-    }
+    values.extend(pairs(set)?);
     Ok(Value::Object(values))
+}
+
+/// Names and values of `name=value` pairs.
+fn pairs(set: &[String]) -> Result<Vec<(String, Value)>, Sentence> {
+    set.iter()
+        .map(|pair| {
+            let (name, value) =
+                pair.split_once('=').ok_or_else(|| format!("--set expects name=value, found `{pair}`"))?;
+            Ok((name.trim().into(), Value::String(value.trim().into())))
+        })
+        .collect()
 }
 
 fn simulate(

@@ -187,6 +187,36 @@ fn a_closed_loop_is_driven_and_written_and_refuses_what_it_cannot_set() {
 }
 
 #[test]
+fn passes_over_one_road_become_a_table_and_a_map() {
+    let folder = Folder::new("profile");
+    let logs: Vec<String> = ["1", "2"]
+        .map(|seed| {
+            let log = folder.path(&format!("pass{seed}.csv"));
+            let run = drivescope(&["simulate", "slope_speedbump", "--seed", seed, "--out", &log]);
+            assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+            log
+        })
+        .into();
+    let (table, map) = (folder.path("road.csv"), folder.path("road.geojson"));
+    for out in [&table, &map] {
+        let run = drivescope(&["profile", &logs[0], &logs[1], "--vehicle", "saloon", "--out", out]);
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    }
+    let table = fs::read_to_string(&table).unwrap();
+    assert!(table.starts_with("distance,grade,grade_sigma,altitude,"), "{}", &table[..60]);
+    // 450 m of road in steps of 5 m, and the start's bearing surface.
+    assert!((85..=95).contains(&table.lines().count()), "{} lines", table.lines().count());
+    let map: serde_json::Value = serde_json::from_str(&fs::read_to_string(&map).unwrap()).unwrap();
+    assert_eq!(map["features"][0]["properties"]["passes"], 2);
+    let short = folder.file("short.csv", log().lines().take(40).collect::<Vec<_>>().join("\n"));
+    let refused = drivescope(&["profile", &short, "--out", &folder.path("none.csv")]);
+    assert_eq!(refused.status.code(), Some(2), "four metres are no road");
+    let nowhere = drivescope(&["profile", &folder.file("log.csv", log()), "--out", &folder.path("none.geojson")]);
+    assert!(String::from_utf8_lossy(&nowhere.stderr).contains("GNSS position"), "no places, no map");
+    assert!(!folder.0.join("none.geojson").exists());
+}
+
+#[test]
 fn papers_prints_numbers_and_a_verdict_and_knows_its_claims() {
     let tried = drivescope(&["papers", "orientation/static_vectors", "--json"]);
     assert!(tried.status.success(), "{}", String::from_utf8_lossy(&tried.stderr));

@@ -125,6 +125,77 @@ pub fn update_scalar<const N: usize>(
     Ok(Outcome::Accepted { dx: k * y, nis })
 }
 
+/// `P <- (I + D) P (I + D)' + diag(q)` for a transition that changes few states: `rows[k]` is the state that row `k` of `D`
+/// changes, `change[k]` the entries of that row that are not zero. `P` must be symmetric and stays so exactly.
+pub fn propagate<const N: usize, const R: usize>(
+    p: &mut SMatrix<f64, N, N>,
+    rows: &[usize; R],
+    change: &[&[(usize, f64)]; R],
+    q: &SVector<f64, N>,
+) {
+    let mut moved = [SVector::<f64, N>::zeros(); R];
+    for (moved, change) in moved.iter_mut().zip(change) {
+        for &(column, value) in *change {
+            *moved += p.column(column) * value;
+        }
+    }
+    for (k, &row) in rows.iter().enumerate() {
+        for j in 0..N {
+            p[(j, row)] += moved[k][j];
+            p[(row, j)] += moved[k][j];
+        }
+        for (l, &other) in rows.iter().enumerate().take(k + 1) {
+            let both: f64 = change[l].iter().map(|&(column, value)| moved[k][column] * value).sum();
+            p[(row, other)] += both;
+            if l != k {
+                p[(other, row)] += both;
+            }
+        }
+    }
+    for i in 0..N {
+        p[(i, i)] += q[i];
+    }
+}
+
+/// [`update_scalar`] for a row `h` with few entries, given as pairs of state and value; the work is one pass over half of `p`.
+///
+/// # Errors
+/// [`NotPositiveDefinite`] if `h p h' + r` is not positive and finite; `p` is unchanged.
+pub fn update_sparse<const N: usize>(
+    p: &mut SMatrix<f64, N, N>,
+    y: f64,
+    h: &[(usize, f64)],
+    r: f64,
+    gate: Option<f64>,
+) -> Result<Outcome<N>, NotPositiveDefinite> {
+    let mut ph = SVector::<f64, N>::zeros();
+    for &(column, value) in h {
+        ph += p.column(column) * value;
+    }
+    let s = h.iter().map(|&(i, value)| value * ph[i]).sum::<f64>() + r;
+    if !(s > 0.0 && s < f64::INFINITY) {
+        return Err(NotPositiveDefinite);
+    }
+    let nis = y * y / s;
+    if nis.is_nan() || nis > gate.unwrap_or(f64::MAX) {
+        return Ok(Outcome::Rejected { nis: nis.clamp(0.0, f64::MAX) });
+    }
+    let k = ph / s;
+    // A = (I - k h) P; P = A (I - k h)' + k r k'
+    let mut rest = k * r;
+    for &(column, value) in h {
+        rest -= (p.column(column) - k * ph[column]) * value;
+    }
+    for j in 0..N {
+        for i in j..N {
+            let value = p[(i, j)] - k[i] * ph[j] + rest[i] * k[j];
+            p[(i, j)] = value;
+            p[(j, i)] = value;
+        }
+    }
+    Ok(Outcome::Accepted { dx: k * y, nis })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -157,6 +228,26 @@ mod tests {
     }
 
     #[test]
+    fn sparse_steps_are_the_dense_ones() {
+        // Catches a row or a transition entry that reaches the wrong state, and a covariance that loses its symmetry.
+        let p0 = matrix![2.0, 0.3, 0.1; 0.3, 1.0, -0.2; 0.1, -0.2, 0.5];
+        let (mut dense, mut sparse) = (p0, p0);
+        let phi = matrix![1.0, 0.4, 0.0; 0.0, 1.0, 0.0; -0.3, 0.2, 0.9];
+        let q = vector![0.1, 0.2, 0.3];
+        predict(&mut dense, &phi, &SMatrix::from_diagonal(&q));
+        propagate(&mut sparse, &[0, 2], &[&[(1, 0.4)], &[(0, -0.3), (1, 0.2), (2, -0.1)]], &q);
+        assert!((dense - sparse).norm() < 1e-15 && sparse == sparse.transpose());
+        let a = update_scalar(&mut dense, 0.7, &vector![0.0, -2.0, 0.5], 0.4, None).unwrap();
+        let b = update_sparse(&mut sparse, 0.7, &[(1, -2.0), (2, 0.5)], 0.4, None).unwrap();
+        let (Outcome::Accepted { dx: a, nis: m }, Outcome::Accepted { dx: b, nis: n }) = (a, b) else { panic!() };
+        assert!((a - b).norm() < 1e-15 && (m - n).abs() < 1e-15 && (dense - sparse).norm() < 1e-15);
+        let before = sparse;
+        assert!(matches!(update_sparse(&mut sparse, 9.0, &[(0, 1.0)], 0.1, Some(4.0)), Ok(Outcome::Rejected { .. })));
+        assert_eq!(sparse, before);
+        assert_eq!(update_sparse(&mut sparse, 0.0, &[(0, 1.0)], -9.0, None), Err(NotPositiveDefinite));
+    }
+
+    #[test]
     fn joseph_form_survives_an_ill_conditioned_covariance_that_the_short_form_does_not() {
         let p0 = matrix![1e8, 1e8 - 1.0; 1e8 - 1.0, 1e8];
         let obs = Observation { y: vector![0.0], h: matrix![1.0, 0.0], r: matrix![1e-8] };
@@ -168,6 +259,11 @@ mod tests {
         let mut s = p0;
         for _ in 0..50 {
             update_scalar(&mut s, 0.0, &vector![1.0, 0.0], 1e-8, None).unwrap();
+        }
+        assert!(s[(0, 0)] > 0.0 && s[(1, 1)] > 0.0, "{s}");
+        let mut s = p0;
+        for _ in 0..50 {
+            update_sparse(&mut s, 0.0, &[(0, 1.0)], 1e-8, None).unwrap();
         }
         assert!(s[(0, 0)] > 0.0 && s[(1, 1)] > 0.0, "{s}");
     }

@@ -10,10 +10,13 @@ pub mod estimator;
 pub mod gnss_ins;
 pub mod ins;
 pub mod kalman;
+pub mod latency;
+pub mod levelling;
 pub mod magnetometer_calibration;
 pub mod motion_mode;
 pub mod orientation;
 pub mod registry;
+pub mod road_profile;
 pub mod score;
 pub mod slope;
 #[cfg(test)]

@@ -17,7 +17,7 @@ record! {
         yaw_rate: "rad/s", truth "gyro_z";
         /// 1-sigma of the yaw rate.
         yaw_rate_sigma: "rad/s", sigma_of "yaw_rate";
-        /// Effective longitudinal force of the front axle: drag, rolling resistance and rear braking are inside, so it is not the tyre force.
+        /// Effective longitudinal force, front axle: what the accelerometer feels; drag, rolling resistance and rear braking are inside, so it is not the tyre force.
         force_xf: "N";
         /// 1-sigma of the effective longitudinal force.
         force_xf_sigma: "N", sigma_of "force_xf";
@@ -35,6 +35,8 @@ record! {
         accel_x_estimated_sigma: "m/s^2", sigma_of "accel_x_estimated";
         /// Forward acceleration over ground: specific force less gravity along the slope.
         accel_x_net: "m/s^2", truth "accel_net";
+        /// 1-sigma of the acceleration over ground, were the errors of force and slope independent.
+        accel_x_net_sigma: "m/s^2", sigma_of "accel_x_net";
         /// Slope of the body, uphill positive: road grade plus pitch of the body on its suspension.
         slope: "rad", truth "pitch";
         /// 1-sigma of the slope.
@@ -55,12 +57,14 @@ record! {
         accel_bias: "m/s^2";
         /// 1-sigma of the accelerometer bias.
         accel_bias_sigma: "m/s^2", sigma_of "accel_bias";
-        /// Altitude in the barometer's datum; without a barometer, height above the start.
+        /// Altitude in the barometer's datum; without a barometer the GNSS height, without either the height above the start.
         altitude: "m";
         /// 1-sigma of the altitude.
         altitude_sigma: "m", sigma_of "altitude";
         /// Sideslip at the centre of gravity above 1 m/s.
         sideslip: "rad", truth "sideslip";
+        /// 1-sigma of the sideslip.
+        sideslip_sigma: "rad", sigma_of "sideslip";
         /// Normalized innovation squared of the wheel speed, first filter.
         /// Below 1 where the sensor is better than its sigma, whose default fits the sensors of stability control.
         wheel_nis: "1", nis 1;
@@ -82,6 +86,9 @@ record! {
         /// Normalized innovation squared of the barometric altitude.
         /// Below 1 where the sensor is better than its sigma, whose default fits the sensors of stability control.
         baro_nis: "1", nis 1;
+        /// Normalized innovation squared of the GNSS height, where there is no barometer.
+        /// Far below 1 where the receiver's error is slow: it is taken for white.
+        gnss_height_nis: "1", nis 1;
         /// Normalized innovation squared of the GNSS vertical velocity.
         /// Below 1 where the sensor is better than its sigma, whose default fits the sensors of stability control.
         gnss_nis: "1", nis 1;

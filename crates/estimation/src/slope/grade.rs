@@ -7,11 +7,11 @@
 //! ground: a car that stands on a hill squats. Grade noise grows with distance: a standing car's grade does not change.
 //! Not modelled: body pitch excited by the road (speed bumps); part of it appears in the grade.
 
-use nalgebra::{SMatrix, SVector, matrix, vector};
+use nalgebra::{SMatrix, SVector, vector};
 
 use super::GRAVITY;
 use super::params::SlopeParams;
-use crate::kalman::{NotPositiveDefinite, Outcome, predict, transition, update_scalar};
+use crate::kalman::{NotPositiveDefinite, Outcome, propagate, update_sparse};
 
 pub(super) const SPEED: usize = 0;
 pub(super) const GRADE: usize = 1;
@@ -23,12 +23,12 @@ pub(super) const ALTITUDE: usize = 5;
 /// Longest step of the midpoint rule, s.
 const LONGEST_STEP: f64 = 0.0101;
 
-type State = SVector<f64, 6>;
-type Matrix = SMatrix<f64, 6, 6>;
+pub(super) type State = SVector<f64, 6>;
+pub(super) type Matrix = SMatrix<f64, 6, 6>;
 
 /// The body's pitch on its suspension: a damped oscillator driven by specific force.
 #[derive(Clone, Copy, Debug)]
-struct Suspension {
+pub(super) struct Suspension {
     /// Square of the natural frequency, 1/s^2.
     stiffness: f64,
     /// Twice damping ratio times frequency, 1/s.
@@ -37,32 +37,131 @@ struct Suspension {
     squat: f64,
 }
 
-/// `dx/dt` for the forward acceleration `u` (without gravity) and the forward specific force `a`.
-fn derivative(x: &State, body: &Suspension, u: f64, a: f64) -> State {
-    let [v, theta, p, q, b, _] = x.data.0[0];
+/// Sines and cosines that a step needs.
+#[derive(Clone, Copy, Debug)]
+struct Angles {
+    sin_grade: f64,
+    cos_grade: f64,
+    sin_body: f64,
+    cos_body: f64,
+}
+
+impl Angles {
+    fn new(x: &State) -> Self {
+        let (sin_grade, cos_grade) = x[GRADE].sin_cos();
+        let (sin_body, cos_body) = (x[GRADE] + x[BODY_PITCH]).sin_cos();
+        Self { sin_grade, cos_grade, sin_body, cos_body }
+    }
+}
+
+/// `dx/dt` for the forward acceleration `u` (without gravity) and the forward specific force `a`, with the sines of the
+/// grade and of the grade and body pitch together.
+fn derivative(x: &State, body: &Suspension, u: f64, a: f64, sin_grade: f64, sin_body: f64) -> State {
+    let [v, _, p, q, b, _] = x.data.0[0];
     vector![
-        u - b - GRAVITY * (theta + p).sin(),
+        u - b - GRAVITY * sin_body,
         0.0,
         q,
         -body.stiffness * p - body.damping * q + body.stiffness * body.squat * (a - b),
         0.0,
-        v * theta.sin(),
+        v * sin_grade,
     ]
 }
 
+/// The states that change within a step.
+const CHANGING: [usize; 4] = [SPEED, BODY_PITCH, BODY_PITCH_RATE, ALTITUDE];
+
+/// The entries of the Jacobian of [`derivative`] in the rows of [`CHANGING`]; the other rows are zero.
+struct Rates {
+    gravity: f64,
+    body: Suspension,
+    climb_per_speed: f64,
+    climb_per_grade: f64,
+}
+
+impl Rates {
+    fn new(x: &State, body: &Suspension, angles: &Angles) -> Self {
+        Self {
+            gravity: -GRAVITY * angles.cos_body,
+            body: *body,
+            climb_per_speed: angles.sin_grade,
+            climb_per_grade: x[SPEED] * angles.cos_grade,
+        }
+    }
+
+    /// The entries that are not zero of `A h + (A h)^2 / 2`.
+    fn change(&self, h: f64) -> Change {
+        let Self { gravity: g, body, climb_per_speed: s, climb_per_grade: c } = *self;
+        let Suspension { stiffness: k, damping: d, squat } = body;
+        let (half, ks) = (0.5 * h * h, k * squat);
+        Change {
+            speed: [(GRADE, g * h), (BODY_PITCH, g * h), (BODY_PITCH_RATE, g * half), (ACCEL_BIAS, -h)],
+            pitch: [(BODY_PITCH, -k * half), (BODY_PITCH_RATE, h - d * half), (ACCEL_BIAS, -ks * half)],
+            rate: [
+                (BODY_PITCH, -k * h + d * k * half),
+                (BODY_PITCH_RATE, -d * h + (d * d - k) * half),
+                (ACCEL_BIAS, -ks * h + d * ks * half),
+            ],
+            altitude: [
+                (SPEED, s * h),
+                (GRADE, c * h + s * g * half),
+                (BODY_PITCH, s * g * half),
+                (ACCEL_BIAS, -s * half),
+            ],
+        }
+    }
+}
+
+/// Rows of a transition less the identity, in the order of [`CHANGING`].
+struct Change {
+    speed: [(usize, f64); 4],
+    pitch: [(usize, f64); 3],
+    rate: [(usize, f64); 3],
+    altitude: [(usize, f64); 4],
+}
+
+impl Change {
+    fn rows(&self) -> [&[(usize, f64)]; 4] {
+        [&self.speed, &self.pitch, &self.rate, &self.altitude]
+    }
+}
+
 /// Jacobian of [`derivative`] with respect to the state.
-fn jacobian(x: &State, body: &Suspension) -> Matrix {
-    let (sin, cos) = x[GRADE].sin_cos();
-    let g = -GRAVITY * (x[GRADE] + x[BODY_PITCH]).cos();
+pub(super) fn jacobian(x: &State, body: &Suspension) -> Matrix {
+    let rates = Rates::new(x, body, &Angles::new(x));
     let Suspension { stiffness, damping, squat } = *body;
-    matrix![
-        0.0, g,                g,          0.0,      -1.0,               0.0;
-        0.0, 0.0,              0.0,        0.0,      0.0,                0.0;
-        0.0, 0.0,              0.0,        1.0,      0.0,                0.0;
-        0.0, 0.0,              -stiffness, -damping, -stiffness * squat, 0.0;
-        0.0, 0.0,              0.0,        0.0,      0.0,                0.0;
-        sin, x[SPEED] * cos,   0.0,        0.0,      0.0,                0.0;
-    ]
+    let mut a = Matrix::zeros();
+    for (row, column, value) in [
+        (SPEED, GRADE, rates.gravity),
+        (SPEED, BODY_PITCH, rates.gravity),
+        (SPEED, ACCEL_BIAS, -1.0),
+        (BODY_PITCH, BODY_PITCH_RATE, 1.0),
+        (BODY_PITCH_RATE, BODY_PITCH, -stiffness),
+        (BODY_PITCH_RATE, BODY_PITCH_RATE, -damping),
+        (BODY_PITCH_RATE, ACCEL_BIAS, -stiffness * squat),
+        (ALTITUDE, SPEED, rates.climb_per_speed),
+        (ALTITUDE, GRADE, rates.climb_per_grade),
+    ] {
+        a[(row, column)] = value;
+    }
+    a
+}
+
+/// Row of the vertical velocity `v sin(grade)`.
+pub(super) fn climb_row(x: &State) -> [(usize, f64); 2] {
+    let (sin, cos) = x[GRADE].sin_cos();
+    [(SPEED, sin), (GRADE, x[SPEED] * cos)]
+}
+
+/// What the altitude counts from; the better source replaces the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Datum {
+    /// The start of the drive.
+    Start,
+    /// The receiver's ellipsoid.
+    Gnss,
+    /// The barometer's pressure level.
+    Baro,
 }
 
 /// What an update of an aid did.
@@ -74,16 +173,27 @@ pub(super) struct Aid {
     pub(super) is_rejected: bool,
 }
 
+impl Suspension {
+    pub(super) fn new(params: &SlopeParams) -> Self {
+        let frequency = params.pitch_frequency;
+        Self {
+            stiffness: frequency * frequency,
+            damping: 2.0 * params.pitch_damping_ratio * frequency,
+            squat: params.squat_gain,
+        }
+    }
+}
+
 /// State, covariance and noise of the grade filter.
 #[derive(Clone, Debug)]
 pub(super) struct GradeFilter {
     pub(super) x: State,
     pub(super) p: Matrix,
-    has_altitude: bool,
+    /// What the altitude counts from.
+    datum: Datum,
     body: Suspension,
     rate: State,
     rate_per_speed: f64,
-    baro_variance: f64,
     gnss_variance: f64,
     gate: f64,
 }
@@ -98,19 +208,13 @@ impl GradeFilter {
             params.accel_bias_walk,
             params.altitude_walk
         ];
-        let frequency = params.pitch_frequency;
         let mut filter = Self {
             x: State::zeros(),
             p: Matrix::zeros(),
-            has_altitude: false,
-            body: Suspension {
-                stiffness: frequency * frequency,
-                damping: 2.0 * params.pitch_damping_ratio * frequency,
-                squat: params.squat_gain,
-            },
+            datum: Datum::Start,
+            body: Suspension::new(params),
             rate: walks.component_mul(&walks),
             rate_per_speed: params.grade_walk_distance.powi(2),
-            baro_variance: params.baro_sigma.powi(2),
             gnss_variance: params.gnss_sigma.powi(2),
             gate: params.aid_gate,
         };
@@ -123,7 +227,7 @@ impl GradeFilter {
         self.x = State::zeros();
         self.x[SPEED] = speed;
         self.p = Matrix::from_diagonal(&vector![0.5, 0.1, 0.01, 0.05, 0.10, 1.0].map(|s: f64| s * s));
-        self.has_altitude = false;
+        self.datum = Datum::Start;
     }
 
     /// Advance by `dt`, in steps that the pitch oscillation allows.
@@ -131,12 +235,16 @@ impl GradeFilter {
         let steps = (dt / LONGEST_STEP).ceil().max(1.0);
         let h = dt / steps;
         for _ in 0..steps as usize {
-            let phi = transition(&jacobian(&self.x, &self.body), h);
-            let middle = self.x + derivative(&self.x, &self.body, u, a) * (0.5 * h);
-            self.x += derivative(&middle, &self.body, u, a) * h;
+            let angles = Angles::new(&self.x);
+            let change = Rates::new(&self.x, &self.body, &angles).change(h);
+            let start = derivative(&self.x, &self.body, u, a, angles.sin_grade, angles.sin_body);
+            let middle = self.x + start * (0.5 * h);
+            // The grade does not move within a step, so that its sine is that of the start.
+            let sin_body = (middle[GRADE] + middle[BODY_PITCH]).sin();
+            self.x += derivative(&middle, &self.body, u, a, angles.sin_grade, sin_body) * h;
             let mut noise = self.rate;
             noise[GRADE] += self.rate_per_speed * self.x[SPEED].abs();
-            predict(&mut self.p, &phi, &Matrix::from_diagonal(&(noise * h)));
+            propagate(&mut self.p, &CHANGING, &change.rows(), &(noise * h));
         }
     }
 
@@ -145,26 +253,29 @@ impl GradeFilter {
         if !wheel.is_finite() {
             return Ok(f64::NAN);
         }
-        let row = vector![1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-        Ok(self.fold(wheel - self.x[SPEED], &row, sigma * sigma, None)?.nis)
+        Ok(self.fold(wheel - self.x[SPEED], &[(SPEED, 1.0)], sigma * sigma, None)?.nis)
     }
 
-    /// Fold in a barometric altitude; the first one sets the altitude.
-    pub(super) fn update_altitude(&mut self, altitude: f64) -> Result<Aid, NotPositiveDefinite> {
+    /// Fold in an altitude; the first one of each source sets the altitude, a receiver's counts only before a barometer's.
+    pub(super) fn update_altitude(
+        &mut self,
+        altitude: f64,
+        variance: f64,
+        source: Datum,
+    ) -> Result<Aid, NotPositiveDefinite> {
         let none = Aid { nis: f64::NAN, is_rejected: false };
-        if !altitude.is_finite() {
+        if !altitude.is_finite() || source < self.datum {
             return Ok(none);
         }
-        if !self.has_altitude {
-            self.has_altitude = true;
+        if source > self.datum {
+            self.datum = source;
             self.x[ALTITUDE] = altitude;
             self.p.row_mut(ALTITUDE).fill(0.0);
             self.p.column_mut(ALTITUDE).fill(0.0);
-            self.p[(ALTITUDE, ALTITUDE)] = self.baro_variance;
+            self.p[(ALTITUDE, ALTITUDE)] = variance;
             return Ok(none);
         }
-        let row = vector![0.0, 0.0, 0.0, 0.0, 0.0, 1.0];
-        self.fold(altitude - self.x[ALTITUDE], &row, self.baro_variance, Some(self.gate))
+        self.fold(altitude - self.x[ALTITUDE], &[(ALTITUDE, 1.0)], variance, Some(self.gate))
     }
 
     /// Fold in the velocity upward that a satellite receiver gives.
@@ -172,14 +283,18 @@ impl GradeFilter {
         if !upward.is_finite() {
             return Ok(Aid { nis: f64::NAN, is_rejected: false });
         }
-        let (sin, cos) = self.x[GRADE].sin_cos();
-        let v = self.x[SPEED];
-        let row = vector![sin, v * cos, 0.0, 0.0, 0.0, 0.0];
-        self.fold(upward - v * sin, &row, self.gnss_variance, Some(self.gate))
+        let row = climb_row(&self.x);
+        self.fold(upward - self.x[SPEED] * row[0].1, &row, self.gnss_variance, Some(self.gate))
     }
 
-    fn fold(&mut self, y: f64, row: &State, variance: f64, gate: Option<f64>) -> Result<Aid, NotPositiveDefinite> {
-        let outcome = update_scalar(&mut self.p, y, row, variance, gate)?;
+    fn fold(
+        &mut self,
+        y: f64,
+        row: &[(usize, f64)],
+        variance: f64,
+        gate: Option<f64>,
+    ) -> Result<Aid, NotPositiveDefinite> {
+        let outcome = update_sparse(&mut self.p, y, row, variance, gate)?;
         if let Outcome::Accepted { dx, .. } = outcome {
             self.x += dx;
         }
@@ -194,6 +309,7 @@ impl GradeFilter {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kalman::transition;
     use crate::testing::assert_jacobian;
 
     const BODY: Suspension = Suspension { stiffness: 68.89, damping: 4.98, squat: 0.005 };
@@ -205,8 +321,24 @@ mod tests {
             vector![0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
             vector![-3.0, -0.3, 0.05, -0.1, -0.4, -50.0],
         ] {
-            assert_jacobian(|x| derivative(x, &BODY, 1.0, 2.0), &jacobian(&x, &BODY), &x, 1e-7);
+            let rates = |x: &State| {
+                let angles = Angles::new(x);
+                derivative(x, &BODY, 1.0, 2.0, angles.sin_grade, angles.sin_body)
+            };
+            assert_jacobian(rates, &jacobian(&x, &BODY), &x, 1e-7);
         }
+    }
+
+    #[test]
+    fn the_sparse_transition_is_the_second_order_one() {
+        let x = vector![20.0, 0.1, -0.02, 0.3, 0.2, 120.0];
+        let dense = transition(&jacobian(&x, &BODY), 0.01) - Matrix::identity();
+        let change = Rates::new(&x, &BODY, &Angles::new(&x)).change(0.01);
+        let mut sparse = Matrix::zeros();
+        for (row, entries) in CHANGING.into_iter().zip(change.rows()) {
+            entries.iter().for_each(|&(column, value)| sparse[(row, column)] = value);
+        }
+        assert!((dense - sparse).norm() < 1e-15, "{}", dense - sparse);
     }
 
     #[test]
@@ -227,10 +359,16 @@ mod tests {
         let mut filter = GradeFilter::new(&SlopeParams::default(), 10.0);
         filter.predict(1.0, 0.0, 0.0);
         let before = filter.clone();
-        assert!(filter.update_altitude(250.0).unwrap().nis.is_nan());
+        assert!(filter.update_altitude(250.0, 0.09, Datum::Baro).unwrap().nis.is_nan());
         assert_eq!(filter.x[ALTITUDE], 250.0);
         assert_eq!(filter.x.fixed_rows::<5>(0), before.x.fixed_rows::<5>(0));
         assert_eq!(filter.p.column(ALTITUDE).sum(), 0.09);
-        assert!(filter.update_altitude(900.0).unwrap().is_rejected, "650 m at once is outside any gate");
+        assert!(
+            filter.update_altitude(900.0, 0.09, Datum::Baro).unwrap().is_rejected,
+            "650 m at once is outside any gate"
+        );
+        let held = filter.clone();
+        assert!(filter.update_altitude(251.0, 9.0, Datum::Gnss).unwrap().nis.is_nan());
+        assert_eq!(filter.x, held.x, "the receiver's datum is another one");
     }
 }

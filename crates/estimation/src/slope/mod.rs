@@ -9,28 +9,36 @@
 //! predicts and updates with the first one's acceleration, the grade filter predicts; then the grade filter updates.
 //! Measurements belong to the last sub-step. Departure: without a steering angle the last one holds (the specification
 //! takes 0), since steering may come at its own rate. The rear-axle aid applies at inertial epochs.
+//! With the filter `single` the first filter has the slope as a seventh state and there is no second one.
+//! What can be known at all is in [`observability`].
 
+mod axles;
+mod delay;
 mod estimate;
 mod grade;
 mod motion;
+pub mod observability;
 mod params;
 mod pitch;
 #[cfg(test)]
 mod tests;
+pub mod two_way;
 
 use drivescope_drive::drive::{Epoch, LogStart, Signal};
-use drivescope_drive::signals::Steering;
+use drivescope_drive::signals::{Gnss, Imu, Steering};
 use drivescope_drive::vehicle::VehicleParams;
 use nalgebra::{SMatrix, SVector};
 
-use self::grade::{Aid, GradeFilter};
+use self::axles::AxleCheck;
+use self::delay::DelayLine;
+use self::grade::{Aid, Datum, GradeFilter};
 use self::motion::{Measured, MotionFilter, MotionNis, Steer};
 use self::pitch::PitchFilter;
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
 use crate::kalman::NotPositiveDefinite;
 
 pub use self::estimate::SlopeEstimate;
-pub use self::params::SlopeParams;
+pub use self::params::{FilterChoice, SlopeParams};
 
 /// Standard gravity, m/s^2.
 const GRAVITY: f64 = 9.80665;
@@ -46,13 +54,22 @@ const LARGEST_ACCEL: f64 = 50.0;
 const LARGEST_YAW_RATE: f64 = 20.0;
 const LARGEST_WHEEL: f64 = 100.0;
 const LARGEST_STEER: f64 = 1.2;
+/// A wheel speed with a larger normalized innovation squared is a fault: 30 sigmas.
+const LARGEST_WHEEL_NIS: f64 = 1000.0;
+/// A wheel speed that stays beyond that for so long is believed, s.
+const JUMP_TIME: f64 = 0.1;
+/// Higher or lower than any road, m.
+const LARGEST_ALTITUDE: f64 = 1e4;
 
 const OUT_OF_RANGE: &str = "a measurement beyond its sensor's range was left out";
 const RESTARTED: &str =
     "the filters were restarted at the current wheel speed because a state or covariance had broken";
+const WHEEL_LEFT_OUT: &str = "a wheel speed that no car could have reached since the last one was left out";
+const WHEEL_JUMPED: &str = "the wheel speed jumped and stayed; the filters were restarted at the new one";
 const TIME_REFUSED: &str = "an epoch whose time did not advance was skipped";
 const GAP: &str = "a hole of more than 1 s was taken as 1 s";
 const BARO_REJECTED: &str = "a barometric altitude was rejected by its gate";
+const HEIGHT_REJECTED: &str = "a GNSS height was rejected by its gate";
 const GNSS_REJECTED: &str = "a GNSS vertical velocity was rejected by its gate";
 
 /// Estimator of motion, forces, slope and road grade.
@@ -69,16 +86,24 @@ pub struct Slope {
     wheel: f64,
     /// Road-wheel angle in force, rad.
     steer: f64,
+    inertial: DelayLine,
+    axles: AxleCheck,
+    /// Since when the wheel speed has been beyond belief, s.
+    jumped: Option<f64>,
     notices: Notices,
 }
 
 /// What one epoch measured, range-checked; NaN where there is nothing.
 struct Row {
     wheel: f64,
+    /// Error of the wheel speed beyond its sigma, m/s.
+    wheel_doubt: f64,
     yaw_rate: f64,
     accel_x: f64,
     accel_y: f64,
     altitude: f64,
+    /// Height of the receiver and the variance of its error.
+    height: (f64, f64),
     upward: f64,
     has_imu: bool,
 }
@@ -89,6 +114,7 @@ struct Nis {
     pitch_wheel: f64,
     grade_wheel: f64,
     altitude: f64,
+    height: f64,
     upward: f64,
 }
 
@@ -98,6 +124,7 @@ impl Nis {
         pitch_wheel: f64::NAN,
         grade_wheel: f64::NAN,
         altitude: f64::NAN,
+        height: f64::NAN,
         upward: f64::NAN,
     };
 }
@@ -147,6 +174,9 @@ impl Estimator for Slope {
             time: None,
             wheel: if start.speed.abs() <= LARGEST_WHEEL { start.speed } else { f64::NAN },
             steer: 0.0,
+            inertial: DelayLine::new(params.wheel_latency),
+            axles: AxleCheck::default(),
+            jumped: None,
             notices: Notices::default(),
         }
     }
@@ -156,7 +186,7 @@ impl Estimator for Slope {
         if let Some(steering) = &epoch.steering {
             self.hold_steering(steering, t);
         }
-        let Some(row) = self.row(epoch) else { return Ok(None) };
+        let Some(mut row) = self.row(epoch) else { return Ok(None) };
         if row.wheel.is_finite() {
             self.wheel = row.wheel;
         }
@@ -176,6 +206,10 @@ impl Estimator for Slope {
         self.time = Some(t);
         if dt > LONGEST_GAP {
             self.notices.add(GAP, t);
+        }
+        if self.has_jumped(&mut row, t) {
+            self.restart();
+            return Ok(Some(self.estimate(&Nis::NONE)));
         }
         let nis = match self.advance(&row, dt.min(LONGEST_GAP)) {
             Ok(nis) if self.motion.is_sound() && self.pitch.is_sound() && self.grade.is_sound() => nis,
@@ -207,13 +241,21 @@ impl Slope {
     /// The epoch's measurements; `None` if it holds no sensor that is used.
     fn row(&mut self, epoch: &Epoch) -> Option<Row> {
         let altitude = epoch.baro.filter(|_| self.params.use_baro).map_or(f64::NAN, |b| b.altitude);
-        let fix = epoch.gnss.filter(|g| self.params.use_gnss && g.is_usable());
-        let upward = fix.map_or(f64::NAN, |g| -g.v_down);
-        if epoch.imu.is_none() && epoch.wheels.is_none() && !altitude.is_finite() && !upward.is_finite() {
+        let fix = epoch.gnss.filter(|g| g.is_usable());
+        let upward = fix.filter(|_| self.params.use_gnss).map_or(f64::NAN, |g| -g.v_down);
+        let height = fix.filter(|_| self.params.use_gnss_height).map_or((f64::NAN, f64::NAN), |g| self.height(&g));
+        let has_aid = altitude.is_finite() || upward.is_finite() || height.0.is_finite();
+        if epoch.imu.is_none() && epoch.wheels.is_none() && !has_aid {
             return None;
         }
-        let imu = epoch.imu.unwrap_or_default();
+        let imu = epoch.imu.map_or_else(Imu::default, |imu| self.inertial.pass(epoch.time, imu));
         let wheel = epoch.wheels.map_or(f64::NAN, |w| w.forward_speed());
+        let wheel_doubt = match &epoch.wheels {
+            Some(wheels) if self.params.axle_check => {
+                self.axles.doubt(epoch.time, wheels, self.steer, 2.0 * self.params.wheel_sigma)
+            }
+            _ => 0.0,
+        };
         let mut screen = |value: f64, largest: f64| {
             if value.abs() <= largest {
                 return value;
@@ -225,13 +267,43 @@ impl Slope {
         };
         Some(Row {
             wheel: screen(wheel, LARGEST_WHEEL),
+            wheel_doubt,
             yaw_rate: screen(imu.gyro_z, LARGEST_YAW_RATE),
-            accel_x: screen(imu.accel_x, LARGEST_ACCEL),
+            accel_x: screen(imu.accel_x, LARGEST_ACCEL) - self.params.accel_offset,
             accel_y: screen(imu.accel_y, LARGEST_ACCEL),
-            altitude,
-            upward,
+            altitude: screen(altitude, LARGEST_ALTITUDE),
+            height: (screen(height.0, LARGEST_ALTITUDE), height.1),
+            upward: screen(upward, LARGEST_WHEEL),
             has_imu: epoch.imu.is_some(),
         })
+    }
+
+    /// Leave out a wheel speed that is beyond belief; whether it has stayed there so long that it is the truth.
+    fn has_jumped(&mut self, row: &mut Row, time: f64) -> bool {
+        if row.wheel.is_nan() {
+            return false;
+        }
+        let sigma = self.wheel_sigma(self.params.grade_wheel_sigma, row);
+        let away = row.wheel - self.grade.x[grade::SPEED];
+        if away * away <= LARGEST_WHEEL_NIS * (self.grade.p[(grade::SPEED, grade::SPEED)] + sigma * sigma) {
+            self.jumped = None;
+            return false;
+        }
+        let since = *self.jumped.get_or_insert(time);
+        let has_stayed = time - since >= JUMP_TIME;
+        self.notices.add(if has_stayed { WHEEL_JUMPED } else { WHEEL_LEFT_OUT }, time);
+        if has_stayed {
+            self.jumped = None;
+        } else {
+            row.wheel = f64::NAN;
+        }
+        has_stayed
+    }
+
+    /// Height that a fix gives, and the variance of its error.
+    fn height(&self, fix: &Gnss) -> (f64, f64) {
+        let sigma = if fix.std_down > 0.0 { fix.std_down } else { self.params.gnss_height_sigma };
+        (if fix.alt.is_finite() { fix.alt } else { -fix.down }, sigma * sigma)
     }
 
     fn restart(&mut self) {
@@ -240,10 +312,12 @@ impl Slope {
         self.grade.restart(self.wheel);
     }
 
-    /// Error of a wheel speed: from `low_speed` down to standstill it rises to `low_speed_gain` times `sigma`.
-    fn wheel_sigma(&self, sigma: f64, wheel: f64) -> f64 {
-        let shortfall = (1.0 - wheel.abs() / self.params.low_speed).max(0.0);
-        sigma * (1.0 + (self.params.low_speed_gain - 1.0) * shortfall)
+    /// Error of a wheel speed: from `low_speed` down to standstill it rises to `low_speed_gain` times `sigma`; a disagreement
+    /// of the axles comes on top.
+    fn wheel_sigma(&self, sigma: f64, row: &Row) -> f64 {
+        let shortfall = (1.0 - row.wheel.abs() / self.params.low_speed).max(0.0);
+        let sigma = sigma * (1.0 + (self.params.low_speed_gain - 1.0) * shortfall);
+        if row.wheel_doubt > 0.0 { sigma.hypot(row.wheel_doubt) } else { sigma }
     }
 
     /// Carry all filters over `dt` and fold in the row at its end.
@@ -251,26 +325,33 @@ impl Slope {
         let steps = (dt / LONGEST_STEP).ceil().max(1.0) as usize;
         let h = dt / steps as f64;
         let steer = Steer::new(self.steer);
+        let is_cascade = self.params.filter == FilterChoice::Cascade;
         let mut nis = Nis::NONE;
         for step in 1..=steps {
-            let sin_slope = if self.params.slope_feedback { self.pitch.x[pitch::SLOPE].sin() } else { 0.0 };
-            self.motion.predict(h, steer, sin_slope);
+            if is_cascade {
+                self.motion.assume_slope(if self.params.slope_feedback { self.pitch.x[pitch::SLOPE] } else { 0.0 });
+            }
+            self.motion.predict(h, steer);
             if step == steps {
                 nis.motion = self.motion.update(&self.measured(row), steer)?;
             }
             let specific_force = self.motion.specific_force(steer).0;
             let forward = self.motion.x[motion::YAW_RATE] * self.motion.x[motion::LATERAL_SPEED] + specific_force;
-            self.pitch.predict(h, forward);
-            if step == steps {
-                let sigma = self.wheel_sigma(self.params.slope_wheel_sigma, row.wheel);
-                nis.pitch_wheel = self.pitch.update(row.wheel, sigma)?;
+            if is_cascade {
+                self.pitch.predict(h, forward);
+                if step == steps {
+                    let sigma = self.wheel_sigma(self.params.slope_wheel_sigma, row);
+                    nis.pitch_wheel = self.pitch.update(row.wheel, sigma)?;
+                }
             }
             self.grade.predict(h, forward, specific_force);
         }
-        let sigma = self.wheel_sigma(self.params.grade_wheel_sigma, row.wheel);
+        let sigma = self.wheel_sigma(self.params.grade_wheel_sigma, row);
         nis.grade_wheel = self.grade.update_wheel(row.wheel, sigma)?;
-        let altitude = self.grade.update_altitude(row.altitude)?;
+        let altitude = self.grade.update_altitude(row.altitude, self.params.baro_sigma.powi(2), Datum::Baro)?;
         nis.altitude = self.report(altitude, BARO_REJECTED);
+        let height = self.grade.update_altitude(row.height.0, row.height.1, Datum::Gnss)?;
+        nis.height = self.report(height, HEIGHT_REJECTED);
         let upward = self.grade.update_climb(row.upward)?;
         nis.upward = self.report(upward, GNSS_REJECTED);
         Ok(nis)
@@ -279,7 +360,7 @@ impl Slope {
     fn measured(&self, row: &Row) -> Measured {
         Measured {
             wheel: row.wheel,
-            wheel_sigma: self.wheel_sigma(self.params.wheel_sigma, row.wheel),
+            wheel_sigma: self.wheel_sigma(self.params.wheel_sigma, row),
             yaw_rate: row.yaw_rate,
             accel_x: row.accel_x,
             accel_y: row.accel_y,
@@ -299,7 +380,11 @@ impl Slope {
         let sigma_m = |i: usize| m.p[(i, i)].sqrt();
         let sigma_g = |i: usize| g.p[(i, i)].sqrt();
         let (speed, lateral) = (m.x[motion::SPEED], m.x[motion::LATERAL_SPEED]);
-        let slope = self.pitch.x[pitch::SLOPE];
+        let is_moving = speed > SIDESLIP_SPEED;
+        let (slope, slope_variance) = match self.params.filter {
+            FilterChoice::Cascade => (self.pitch.x[pitch::SLOPE], self.pitch.p[(pitch::SLOPE, pitch::SLOPE)]),
+            FilterChoice::Single => (m.x[motion::SLOPE], m.p[(motion::SLOPE, motion::SLOPE)]),
+        };
         let (accel_x, accel_x_sigma) = m.specific_force(Steer::new(self.steer));
         SlopeEstimate {
             speed,
@@ -317,8 +402,9 @@ impl Slope {
             accel_x_estimated: accel_x,
             accel_x_estimated_sigma: accel_x_sigma,
             accel_x_net: accel_x - GRAVITY * slope.sin(), // (5)
+            accel_x_net_sigma: (accel_x_sigma.powi(2) + (GRAVITY * slope.cos()).powi(2) * slope_variance).sqrt(),
             slope,
-            slope_sigma: self.pitch.p[(pitch::SLOPE, pitch::SLOPE)].sqrt(),
+            slope_sigma: slope_variance.sqrt(),
             grade: g.x[grade::GRADE],
             grade_sigma: sigma_g(grade::GRADE),
             body_pitch: g.x[grade::BODY_PITCH],
@@ -329,7 +415,8 @@ impl Slope {
             accel_bias_sigma: sigma_g(grade::ACCEL_BIAS),
             altitude: g.x[grade::ALTITUDE],
             altitude_sigma: sigma_g(grade::ALTITUDE),
-            sideslip: if speed > SIDESLIP_SPEED { lateral.atan2(speed) } else { f64::NAN },
+            sideslip: if is_moving { lateral.atan2(speed) } else { f64::NAN },
+            sideslip_sigma: if is_moving { m.sideslip_sigma() } else { f64::NAN },
             wheel_nis: nis.motion.wheel,
             gyro_nis: nis.motion.yaw_rate,
             accel_x_nis: nis.motion.accel_x,
@@ -337,6 +424,7 @@ impl Slope {
             ekf2_wheel_nis: nis.pitch_wheel,
             grade_wheel_nis: nis.grade_wheel,
             baro_nis: nis.altitude,
+            gnss_height_nis: nis.height,
             gnss_nis: nis.upward,
         }
     }

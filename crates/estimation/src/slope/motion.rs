@@ -1,16 +1,19 @@
 //! First filter: motion and tyre forces of a front-driven car, without a tyre model.
 //!
 //! State: forward speed and lateral speed at the centre of gravity, m/s; yaw rate, rad/s; effective longitudinal force of
-//! the front axle, lateral forces of the front and the rear axle, N. Forces are random walks.
-//! Inputs: road-wheel angle, slope. Measurements: wheel speed, yaw gyro, forward and lateral accelerometer.
+//! the front axle, lateral forces of the front and the rear axle, N; slope, rad. Forces are random walks.
+//! In the cascade the slope is an input: it is set before each step and its covariance is zero, which leaves the six
+//! states of the paper. In the single filter it is a seventh state, a random walk.
+//! Inputs: road-wheel angle. Measurements: wheel speed, yaw gyro, forward and lateral accelerometer.
 //! Source: Kim, Kim & Lee 2014, (1) to (4), with the errata of SPEC slope 10. Departure: the row "the rear axle does not slide".
 
 use drivescope_drive::vehicle::VehicleParams;
-use nalgebra::{SMatrix, SVector, matrix, vector};
+use nalgebra::{SMatrix, SVector, vector};
 
 use super::GRAVITY;
-use super::params::SlopeParams;
-use crate::kalman::{NotPositiveDefinite, Outcome, predict, update_scalar};
+use super::params::{FilterChoice, SlopeParams};
+use super::pitch::STEEPEST;
+use crate::kalman::{NotPositiveDefinite, Outcome, propagate, update_sparse};
 
 pub(super) const SPEED: usize = 0;
 pub(super) const LATERAL_SPEED: usize = 1;
@@ -18,9 +21,11 @@ pub(super) const YAW_RATE: usize = 2;
 pub(super) const FORCE_XF: usize = 3;
 pub(super) const FORCE_YF: usize = 4;
 pub(super) const FORCE_YR: usize = 5;
+pub(super) const SLOPE: usize = 6;
+pub(super) const STATES: usize = 7;
 
-type State = SVector<f64, 6>;
-type Matrix = SMatrix<f64, 6, 6>;
+pub(super) type State = SVector<f64, STATES>;
+pub(super) type Matrix = SMatrix<f64, STATES, STATES>;
 
 /// The four numbers of the car that the model reads.
 #[derive(Clone, Copy, Debug)]
@@ -56,9 +61,9 @@ impl Steer {
     }
 }
 
-/// `dx/dt` of the motion state `x` on a slope whose sine is `sin_slope`; forces are constant.
+/// `dx/dt` of the motion state `x`; forces and slope are constant.
 fn derivative(x: &State, car: &Car, steer: Steer, sin_slope: f64) -> State {
-    let [vx, vy, r, fxf, fyf, fyr] = x.data.0[0];
+    let [vx, vy, r, fxf, fyf, fyr, _] = x.data.0[0];
     let along = fxf * steer.cos - fyf * steer.sin;
     let across = fxf * steer.sin + fyf * steer.cos;
     vector![
@@ -68,39 +73,76 @@ fn derivative(x: &State, car: &Car, steer: Steer, sin_slope: f64) -> State {
         0.0,
         0.0,
         0.0,
+        0.0,
     ]
+}
+
+/// The entries of the Jacobian of [`derivative`] that are not zero, times `dt`: the rows of both speeds and the yaw rate.
+#[derive(Clone, Copy, Debug)]
+struct Change {
+    forward: [(usize, f64); 5],
+    lateral: [(usize, f64); 5],
+    yaw: [(usize, f64); 3],
+}
+
+impl Change {
+    fn new(x: &State, car: &Car, steer: Steer, cos_slope: f64, dt: f64) -> Self {
+        let (vx, vy, r) = (x[SPEED], x[LATERAL_SPEED], x[YAW_RATE]);
+        let (s, c) = (steer.sin * dt / car.mass, steer.cos * dt / car.mass);
+        let front = car.cg_to_front * dt / car.yaw_inertia;
+        let rear = car.cg_to_rear * dt / car.yaw_inertia;
+        Self {
+            forward: [
+                (LATERAL_SPEED, r * dt),
+                (YAW_RATE, vy * dt),
+                (FORCE_XF, c),
+                (FORCE_YF, -s),
+                (SLOPE, -GRAVITY * cos_slope * dt),
+            ],
+            lateral: [(SPEED, -r * dt), (YAW_RATE, -vx * dt), (FORCE_XF, s), (FORCE_YF, c), (FORCE_YR, dt / car.mass)],
+            yaw: [(FORCE_XF, front * steer.sin), (FORCE_YF, front * steer.cos), (FORCE_YR, -rear)],
+        }
+    }
+
+    fn rows(&self) -> [&[(usize, f64)]; 3] {
+        [&self.forward, &self.lateral, &self.yaw]
+    }
 }
 
 /// Jacobian of [`derivative`] with respect to the state.
-fn jacobian(x: &State, car: &Car, steer: Steer) -> Matrix {
-    let (vx, vy, r) = (x[SPEED], x[LATERAL_SPEED], x[YAW_RATE]);
-    let (sm, cm) = (steer.sin / car.mass, steer.cos / car.mass);
-    let front = car.cg_to_front / car.yaw_inertia;
-    let rear = car.cg_to_rear / car.yaw_inertia;
-    matrix![
-        0.0, r,   vy,  cm,                -sm,               0.0;
-        -r,  0.0, -vx, sm,                cm,                1.0 / car.mass;
-        0.0, 0.0, 0.0, front * steer.sin, front * steer.cos, -rear;
-        0.0, 0.0, 0.0, 0.0,               0.0,               0.0;
-        0.0, 0.0, 0.0, 0.0,               0.0,               0.0;
-        0.0, 0.0, 0.0, 0.0,               0.0,               0.0;
-    ]
+pub(super) fn jacobian(x: &State, car: &Car, steer: Steer) -> Matrix {
+    let mut a = Matrix::zeros();
+    for (row, entries) in Change::new(x, car, steer, x[SLOPE].cos(), 1.0).rows().into_iter().enumerate() {
+        entries.iter().for_each(|&(column, value)| a[(row, column)] = value);
+    }
+    a
 }
 
+/// A measurement's row: the states it depends on and by how much.
+pub(super) type Row = [(usize, f64)];
+
+/// Row of the wheel speed.
+pub(super) const WHEEL_ROW: [(usize, f64); 1] = [(SPEED, 1.0)];
+/// Row of the yaw gyro.
+pub(super) const GYRO_ROW: [(usize, f64); 1] = [(YAW_RATE, 1.0)];
+
 /// Row of the forward accelerometer: contact force over mass, so without gravity. (4)
-fn accel_x_row(car: &Car, steer: Steer) -> State {
-    vector![0.0, 0.0, 0.0, steer.cos / car.mass, -steer.sin / car.mass, 0.0]
+pub(super) fn accel_x_row(car: &Car, steer: Steer) -> [(usize, f64); 2] {
+    [(FORCE_XF, steer.cos / car.mass), (FORCE_YF, -steer.sin / car.mass)]
 }
 
 /// Row of the lateral accelerometer. (4)
-fn accel_y_row(car: &Car, steer: Steer) -> State {
-    vector![0.0, 0.0, 0.0, steer.sin / car.mass, steer.cos / car.mass, 1.0 / car.mass]
+pub(super) fn accel_y_row(car: &Car, steer: Steer) -> [(usize, f64); 3] {
+    [(FORCE_XF, steer.sin / car.mass), (FORCE_YF, steer.cos / car.mass), (FORCE_YR, 1.0 / car.mass)]
 }
 
-fn unit(index: usize) -> State {
-    let mut e = State::zeros();
-    e[index] = 1.0;
-    e
+/// Row of the rear-axle aid: the lateral speed at the rear axle. (SPEC slope 3)
+pub(super) fn rear_axle_row(car: &Car) -> [(usize, f64); 2] {
+    [(LATERAL_SPEED, 1.0), (YAW_RATE, -car.cg_to_rear)]
+}
+
+fn dot(row: &Row, x: &State) -> f64 {
+    row.iter().map(|&(column, value)| value * x[column]).sum()
 }
 
 /// One row of measurements; NaN where there is none.
@@ -130,6 +172,8 @@ pub(super) struct MotionFilter {
     pub(super) x: State,
     pub(super) p: Matrix,
     pub(super) car: Car,
+    /// Whether the slope is a state.
+    is_single: bool,
     rate: State,
     yaw_rate_variance: f64,
     accel_x_variance: f64,
@@ -139,12 +183,15 @@ pub(super) struct MotionFilter {
 
 impl MotionFilter {
     pub(super) fn new(params: &SlopeParams, vehicle: &VehicleParams, speed: f64) -> Self {
-        let force = params.force_walk;
-        let walks = vector![params.speed_walk, params.lateral_speed_walk, params.yaw_rate_walk, force, force, force];
+        let is_single = params.filter == FilterChoice::Single;
+        let (force, slope) = (params.force_walk, if is_single { params.slope_walk } else { 0.0 });
+        let walks =
+            vector![params.speed_walk, params.lateral_speed_walk, params.yaw_rate_walk, force, force, force, slope];
         let mut filter = Self {
             x: State::zeros(),
             p: Matrix::zeros(),
             car: Car::new(vehicle),
+            is_single,
             rate: walks.component_mul(&walks),
             yaw_rate_variance: params.yaw_rate_sigma.powi(2),
             accel_x_variance: params.accel_x_sigma.powi(2),
@@ -157,39 +204,46 @@ impl MotionFilter {
 
     /// Forget everything but the speed.
     pub(super) fn restart(&mut self, speed: f64) {
-        let force = 2.0 * self.car.mass;
-        self.x = unit(SPEED) * speed;
-        self.p = Matrix::from_diagonal(&vector![0.5, 0.5, 0.1, force, force, force].map(|s| s * s));
+        let (force, slope) = (2.0 * self.car.mass, if self.is_single { 0.1 } else { 0.0 });
+        self.x = State::zeros();
+        self.x[SPEED] = speed;
+        self.p = Matrix::from_diagonal(&vector![0.5, 0.5, 0.1, force, force, force, slope].map(|s| s * s));
     }
 
-    /// Euler step over `dt` on a slope whose sine is `sin_slope`.
-    pub(super) fn predict(&mut self, dt: f64, steer: Steer, sin_slope: f64) {
-        let phi = Matrix::identity() + jacobian(&self.x, &self.car, steer) * dt;
-        self.x += derivative(&self.x, &self.car, steer, sin_slope) * dt;
-        predict(&mut self.p, &phi, &Matrix::from_diagonal(&(self.rate * dt)));
+    /// The slope that the next steps assume; for the cascade only.
+    pub(super) fn assume_slope(&mut self, slope: f64) {
+        self.x[SLOPE] = slope;
+    }
+
+    /// Euler step over `dt`.
+    pub(super) fn predict(&mut self, dt: f64, steer: Steer) {
+        let (sin, cos) = self.x[SLOPE].sin_cos();
+        let change = Change::new(&self.x, &self.car, steer, cos, dt);
+        self.x += derivative(&self.x, &self.car, steer, sin) * dt;
+        propagate(&mut self.p, &[SPEED, LATERAL_SPEED, YAW_RATE], &change.rows(), &(self.rate * dt));
     }
 
     /// Fold in the rows that are there, one after the other: their noises are independent.
     pub(super) fn update(&mut self, z: &Measured, steer: Steer) -> Result<MotionNis, NotPositiveDefinite> {
         let (accel_x, accel_y) = (accel_x_row(&self.car, steer), accel_y_row(&self.car, steer));
         let nis = MotionNis {
-            wheel: self.fold(z.wheel, &unit(SPEED), z.wheel_sigma * z.wheel_sigma)?,
-            yaw_rate: self.fold(z.yaw_rate, &unit(YAW_RATE), self.yaw_rate_variance)?,
+            wheel: self.fold(z.wheel, &WHEEL_ROW, z.wheel_sigma * z.wheel_sigma)?,
+            yaw_rate: self.fold(z.yaw_rate, &GYRO_ROW, self.yaw_rate_variance)?,
             accel_x: self.fold(z.accel_x, &accel_x, self.accel_x_variance)?,
             accel_y: self.fold(z.accel_y, &accel_y, self.accel_y_variance)?,
         };
         if z.rear_axle {
-            let row = vector![0.0, 1.0, -self.car.cg_to_rear, 0.0, 0.0, 0.0];
-            self.fold(0.0, &row, self.rear_axle_variance)?;
+            self.fold(0.0, &rear_axle_row(&self.car), self.rear_axle_variance)?;
         }
+        self.x[SLOPE] = self.x[SLOPE].clamp(-STEEPEST, STEEPEST);
         Ok(nis)
     }
 
-    fn fold(&mut self, measured: f64, row: &State, variance: f64) -> Result<f64, NotPositiveDefinite> {
+    fn fold(&mut self, measured: f64, row: &Row, variance: f64) -> Result<f64, NotPositiveDefinite> {
         if !measured.is_finite() {
             return Ok(f64::NAN);
         }
-        let outcome = update_scalar(&mut self.p, measured - row.dot(&self.x), row, variance, None)?;
+        let outcome = update_sparse(&mut self.p, measured - dot(row, &self.x), row, variance, None)?;
         if let Outcome::Accepted { dx, .. } = outcome {
             self.x += dx;
         }
@@ -203,6 +257,17 @@ impl MotionFilter {
         let variance =
             c * c * p[(FORCE_XF, FORCE_XF)] - 2.0 * c * s * p[(FORCE_XF, FORCE_YF)] + s * s * p[(FORCE_YF, FORCE_YF)];
         (c * self.x[FORCE_XF] - s * self.x[FORCE_YF], variance.sqrt())
+    }
+
+    /// Sigma of the sideslip `atan(v_y / v_x)`, rad; the forward speed must not be 0.
+    pub(super) fn sideslip_sigma(&self) -> f64 {
+        let (vx, vy, p) = (self.x[SPEED], self.x[LATERAL_SPEED], &self.p);
+        let square = vx * vx + vy * vy;
+        let (along, across) = (-vy / square, vx / square);
+        let variance = along * along * p[(SPEED, SPEED)]
+            + 2.0 * along * across * p[(SPEED, LATERAL_SPEED)]
+            + across * across * p[(LATERAL_SPEED, LATERAL_SPEED)];
+        variance.sqrt()
     }
 
     /// Whether state and covariance are still numbers that mean something.
@@ -224,14 +289,15 @@ mod tests {
     fn the_motion_jacobian_is_the_derivative_of_the_motion_model() {
         // Catches a dropped or sign-flipped term, such as l_r in place of l_f in the yaw row (erratum 2).
         for x in [
-            vector![14.0, -0.3, 0.2, 1500.0, -400.0, 900.0],
-            vector![0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-            vector![-2.0, 1.5, -0.7, -8000.0, 3000.0, -2000.0],
+            vector![14.0, -0.3, 0.2, 1500.0, -400.0, 900.0, 0.1],
+            vector![0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+            vector![-2.0, 1.5, -0.7, -8000.0, 3000.0, -2000.0, -0.4],
         ] {
             for angle in [0.0, 0.4, -0.9] {
                 let steer = Steer::new(angle);
+                let rates = |x: &State| derivative(x, &car(), steer, x[SLOPE].sin());
                 // Rows 0 and 1 reach 30 m/s^2: their differences over 2e-6 carry 1e-9 of rounding.
-                assert_jacobian(|x| derivative(x, &car(), steer, 0.1), &jacobian(&x, &car(), steer), &x, 1e-7);
+                assert_jacobian(rates, &jacobian(&x, &car(), steer), &x, 1e-7);
             }
         }
     }
@@ -246,58 +312,11 @@ mod tests {
             let across = (lr * car.mass * ay + car.yaw_inertia * dr) / (lf + lr);
             let rear = (lf * car.mass * ay - car.yaw_inertia * dr) / (lf + lr);
             let along = car.mass * ax;
-            let x = vector![
-                20.0,
-                0.0,
-                0.0,
-                along * steer.cos + across * steer.sin,
-                -along * steer.sin + across * steer.cos,
-                rear
-            ];
-            assert!((accel_x_row(&car, steer).dot(&x) - ax).abs() < 1e-12);
-            assert!((accel_y_row(&car, steer).dot(&x) - ay).abs() < 1e-12);
+            let (front_x, front_y) = (along * steer.cos + across * steer.sin, -along * steer.sin + across * steer.cos);
+            let x = vector![20.0, 0.0, 0.0, front_x, front_y, rear, 0.0];
+            assert!((dot(&accel_x_row(&car, steer), &x) - ax).abs() < 1e-12);
+            assert!((dot(&accel_y_row(&car, steer), &x) - ay).abs() < 1e-12);
             assert!((derivative(&x, &car, steer, 0.0)[YAW_RATE] - dr).abs() < 1e-12);
         }
-    }
-
-    /// Rank of the linearised observability matrix with columns scaled to comparable size, of states and optionally theta.
-    fn observability_rank(x: &State, theta: Option<f64>, aid: bool) -> usize {
-        type M7 = SMatrix<f64, 7, 7>;
-        let (car, steer) = (car(), Steer::new(0.05));
-        let scale = SVector::<f64, 7>::from([1.0, 1.0, 0.1, 2000.0, 2000.0, 2000.0, 0.1]);
-        let mut a = M7::zeros();
-        a.fixed_view_mut::<6, 6>(0, 0).copy_from(&jacobian(x, &car, steer));
-        a[(0, 6)] = -GRAVITY * theta.unwrap_or(0.0).cos();
-        let mut rows = vec![unit(SPEED), unit(YAW_RATE), accel_x_row(&car, steer), accel_y_row(&car, steer)];
-        if aid {
-            rows.push(vector![0.0, 1.0, -car.cg_to_rear, 0.0, 0.0, 0.0]);
-        }
-        let mut gram = M7::zeros();
-        for row in rows {
-            let mut h = SMatrix::<f64, 1, 7>::zeros();
-            h.fixed_columns_mut::<6>(0).copy_from(&row.transpose());
-            for _ in 0..7 {
-                let scaled = h.component_mul(&scale.transpose());
-                gram += scaled.transpose() * scaled;
-                h *= a;
-            }
-        }
-        let states = if theta.is_some() { 7 } else { 6 };
-        let gram = nalgebra::DMatrix::from_fn(states, states, |i, j| gram[(i, j)]);
-        let values = gram.symmetric_eigenvalues();
-        values.iter().filter(|v| **v > 1e-12 * values.max()).count()
-    }
-
-    #[test]
-    fn the_rear_axle_aid_makes_the_lateral_speed_observable() {
-        // The table of SPEC slope 6. Catches an aid row with a wrong sign, and a gravity term in the acceleration rows.
-        let straight = vector![20.0, 0.0, 0.0, 500.0, 0.0, 0.0];
-        let ranks = [(None, false), (None, true), (Some(0.05), false), (Some(0.05), true)]
-            .map(|(theta, aid)| observability_rank(&straight, theta, aid));
-        assert_eq!(ranks, [5, 6, 6, 7]);
-        let turn = vector![20.0, -0.2, 0.3, 500.0, 2000.0, 6000.0];
-        let ranks = [(None, false), (None, true), (Some(0.05), false), (Some(0.05), true)]
-            .map(|(theta, aid)| observability_rank(&turn, theta, aid));
-        assert_eq!(ranks, [6, 6, 6, 7]);
     }
 }

@@ -1,10 +1,23 @@
 //! Tuning of the slope estimator.
 
-use drivescope_drive::params;
+use drivescope_drive::vehicle::VehicleParams;
+use drivescope_drive::{choice, params};
+
+choice! {
+    /// How speed, forces and slope are estimated; the grade filter follows either.
+    pub enum FilterChoice {
+        /// The paper's two filters, one for motion and forces and one for the slope.
+        Cascade = "cascade",
+        /// One filter of seven states that has the slope among them, for comparison.
+        Single = "single",
+    }
+}
 
 params! {
     /// Noise, sensors, pitch model and aids of the three filters.
     pub struct SlopeParams {
+        /// The paper's cascade, or one filter for everything.
+        filter (""): choice FilterChoice, from "Kim, Kim & Lee 2014; SPEC slope 6";
         /// Model noise of the forward speed in the first filter; larger follows the wheels more.
         speed_walk ("q_vx"): number = 0.10, "m/s/sqrt(s)", 0.01 ..= 1.0 Log, from "SPEC slope 5";
         /// Model noise of the lateral speed in the first filter; larger trusts the rear-axle aid more.
@@ -25,6 +38,12 @@ params! {
         rear_axle_aid ("vy_aid"): toggle = true, from "SPEC slope 3";
         /// Lateral speed of the rear axle that the aid allows.
         rear_axle_sigma ("s_vy"): number = 0.30, "m/s", 0.05 ..= 2.0 Log, from "SPEC slope 5";
+        /// Trust the wheel speed less while front and rear wheels disagree more than they lately did: an axle jumps over a bump.
+        axle_check (""): toggle = true, from "ours; does nothing for a log with one speed";
+        /// Constant offset of the forward accelerometer, taken off before everything: its bias and the pitch of its mount times gravity.
+        accel_offset ("a_0"): number = 0.0, "m/s^2", -3.0 ..= 3.0 Linear, from "ours: none unless found";
+        /// How late the wheel speed comes; the inertial sensor is delayed to match, and with it every estimate.
+        wheel_latency ("tau"): number = 0.0, "s", 0.0 ..= 0.3 Linear, from "SPEC slope 6";
         /// Give the slope of the second filter back to the first one; off, the first one assumes a level road.
         slope_feedback ("feedback"): toggle = true, from "SPEC slope 3";
         /// Model noise of the speed in the second filter.
@@ -65,7 +84,43 @@ params! {
         use_gnss (""): toggle = true, from "SPEC slope 7";
         /// Error of the GNSS vertical velocity.
         gnss_sigma ("s3_vd"): number = 0.12, "m/s", 0.012 ..= 1.2 Log, from "SPEC slope 7";
+        /// Use the GNSS height where the drive has no barometer; it helps once the offset of the accelerometer has been found.
+        use_gnss_height (""): toggle = false, from "SPEC slope 7 has none; ours for drives without barometer and vertical velocity";
+        /// Error of the GNSS height where the receiver states none.
+        gnss_height_sigma (""): number = 3.0, "m", 0.1 ..= 30.0 Log, from "placeholder: a receiver of one frequency in the open";
         /// Largest accepted normalized innovation squared of barometer and GNSS.
         aid_gate (""): number = 25.0, "1", 4.0 ..= 1000.0 Log, from "SPEC slope 7";
+    }
+}
+
+impl SlopeParams {
+    /// These parameters with the pitch of a car: static squat, frequency and damping from its springs, each inside its range.
+    ///
+    /// Squat is sprung mass times its arm over the pitch stiffness. The defaults are the specification's, for no certain car.
+    pub fn with_pitch_of(&self, vehicle: &VehicleParams) -> Self {
+        let (stiffness, inertia) = (vehicle.pitch_stiffness, vehicle.pitch_inertia);
+        Self {
+            squat_gain: (vehicle.sprung_mass * vehicle.sprung_cg_arm / stiffness).clamp(0.0, 0.02),
+            pitch_frequency: (stiffness / inertia).sqrt().clamp(4.0, 15.0),
+            pitch_damping_ratio: (0.5 * vehicle.pitch_damping / (stiffness * inertia).sqrt()).clamp(0.05, 1.0),
+            ..self.clone()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use drivescope_drive::param::Params;
+
+    #[test]
+    fn the_pitch_of_every_named_car_is_inside_the_ranges() {
+        for preset in drivescope_drive::vehicle::PRESETS {
+            let vehicle = VehicleParams::preset(preset.name).unwrap();
+            SlopeParams::default().with_pitch_of(&vehicle).validate().unwrap();
+        }
+        let saloon = SlopeParams::default().with_pitch_of(&VehicleParams::preset("saloon").unwrap());
+        // 1560 kg on 0.45 m over 210 kN m/rad; 210 kN m/rad over 2900 kg m^2.
+        assert!((saloon.squat_gain - 0.003343).abs() < 1e-6 && (saloon.pitch_frequency - 8.510).abs() < 1e-3);
     }
 }

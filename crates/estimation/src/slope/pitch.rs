@@ -4,17 +4,17 @@
 //! gravity, m/s^2. Measurement: the wheel speed itself, since the first filter's speed would use the same data twice.
 //! Source: Kim, Kim & Lee 2014, (5). Departure: uphill is positive (SPEC slope 10, erratum 3).
 
-use nalgebra::{Matrix2, Vector2, matrix, vector};
+use nalgebra::{Matrix2, Vector2, vector};
 
 use super::GRAVITY;
 use super::params::SlopeParams;
-use crate::kalman::{NotPositiveDefinite, Outcome, predict, update_scalar};
+use crate::kalman::{NotPositiveDefinite, Outcome, propagate, update_sparse};
 
 pub(super) const SPEED: usize = 0;
 pub(super) const SLOPE: usize = 1;
 
 /// Largest slope, rad: steeper than any road.
-const STEEPEST: f64 = 0.6;
+pub(super) const STEEPEST: f64 = 0.6;
 
 /// State, covariance and noise of the second filter.
 #[derive(Clone, Debug)]
@@ -40,9 +40,8 @@ impl PitchFilter {
     /// Euler step over `dt` under the acceleration `forward` (without gravity).
     pub(super) fn predict(&mut self, dt: f64, forward: f64) {
         let (sin, cos) = self.x[SLOPE].sin_cos();
-        let phi = matrix![1.0, -GRAVITY * cos * dt; 0.0, 1.0];
         self.x[SPEED] += (forward - GRAVITY * sin) * dt; // (5)
-        predict(&mut self.p, &phi, &Matrix2::from_diagonal(&(self.rate * dt)));
+        propagate(&mut self.p, &[SPEED], &[&[(SLOPE, -GRAVITY * cos * dt)]], &(self.rate * dt));
     }
 
     /// Fold in the wheel speed; NaN if there is none.
@@ -50,7 +49,7 @@ impl PitchFilter {
         if !wheel.is_finite() {
             return Ok(f64::NAN);
         }
-        let outcome = update_scalar(&mut self.p, wheel - self.x[SPEED], &vector![1.0, 0.0], sigma * sigma, None)?;
+        let outcome = update_sparse(&mut self.p, wheel - self.x[SPEED], &[(SPEED, 1.0)], sigma * sigma, None)?;
         if let Outcome::Accepted { dx, .. } = outcome {
             self.x += dx;
         }

@@ -246,9 +246,76 @@ fn a_broken_covariance_restarts_the_filters_at_the_current_speed() {
     let mut slope = Slope::new(&SlopeParams::default(), &paper_car(), &START);
     parked(0.0, 1.0, 0.0, &mut slope);
     slope.pitch.p[(1, 1)] = -1.0;
-    let e = slope.step(&epoch(1.01, 3.0, 0.0)).unwrap().unwrap();
-    assert_eq!((e.speed, e.slope, e.grade), (3.0, 0.0, 0.0));
+    let e = slope.step(&epoch(1.01, 0.5, 0.0)).unwrap().unwrap();
+    assert_eq!((e.speed, e.slope, e.grade), (0.5, 0.0, 0.0));
     assert_eq!(slope.notices().list()[0].text, RESTARTED);
+}
+
+#[test]
+fn a_wheel_speed_beyond_belief_is_left_out_for_a_moment_and_then_believed() {
+    // A counter that reads 0 until its second pulse, and a sample lost on the bus: either would turn the grade over.
+    let mut slope = Slope::new(&SlopeParams::default(), &paper_car(), &LogStart { speed: 0.0, ..START });
+    let count = |slope: &Slope, text| slope.notices.list().iter().find(|n| n.text == text).map_or(0, |n| n.count);
+    for k in 0..300 {
+        let speed = if k < 2 || k == 200 { 0.0 } else { 33.0 };
+        let e = slope.step(&epoch(f64::from(k) * 0.01, speed, 0.0)).unwrap().unwrap();
+        assert!(e.grade.abs() < 0.01, "row {k}: {}", e.grade);
+        assert!(k < 20 || (e.speed - 33.0).abs() < 0.2, "row {k}: {}", e.speed);
+    }
+    // A tenth of a second at 100 Hz, to a rounding of the time, and the one sample that was lost.
+    let left_out = count(&slope, WHEEL_LEFT_OUT);
+    assert!((11..=12).contains(&left_out) && count(&slope, WHEEL_JUMPED) == 1, "{left_out}");
+}
+
+/// The slope of a variant on a case against the pitch.
+fn slope_fit(name: &str, params: &SlopeParams) -> Option<Fit> {
+    let (drive, _) = case(name)?;
+    Some(against_truth(&run(&drive, params), &drive, "pitch", |e| e.slope))
+}
+
+#[test]
+fn one_filter_of_seven_states_is_as_good_as_the_cascade() {
+    // SPEC slope 6: correlation 0.990 against 0.991 on b3. Catches a slope that is not coupled to the speed, and the claim
+    // of the paper that one filter cannot have both.
+    let single = SlopeParams { filter: FilterChoice::Single, ..SlopeParams::default() };
+    for name in CASES {
+        let (Some(one), Some(two)) = (slope_fit(name, &single), slope_fit(name, &SlopeParams::default())) else {
+            return;
+        };
+        // Its speed walks twice as much as that of the second filter (q_vx against q2_v), so that its slope follows later.
+        assert!(one.rms < 1.4 * two.rms && one.correlation > two.correlation - 0.02, "{name}: {} {}", one.rms, two.rms);
+        if name == CASES[2] {
+            let rounded = [one, two].map(|f| (f.correlation * 1000.0).round() / 1000.0);
+            assert_eq!(rounded, [0.990, 0.991]);
+        }
+    }
+}
+
+#[test]
+fn without_feedback_the_slope_stays_and_the_speed_suffers() {
+    // SPEC slope 3: the speed's error on b1 is 0.125 m/s without and 0.017 m/s with feedback, to the last printed digit.
+    let Some((drive, _)) = case(CASES[0]) else { return };
+    let alone = SlopeParams { slope_feedback: false, ..SlopeParams::default() };
+    let speed = |p: &SlopeParams| against_truth(&run(&drive, p), &drive, "vx", |e| e.speed).rms;
+    let (with, without) = (speed(&SlopeParams::default()), speed(&alone));
+    assert!((with - 0.017).abs() < 1e-3 && (without - 0.125).abs() < 2e-3, "{with} {without}");
+    let slope = |p: &SlopeParams| slope_fit(CASES[0], p).map(|f| f.rms);
+    let (Some(with), Some(without)) = (slope(&SlopeParams::default()), slope(&alone)) else { return };
+    assert!((with - without).abs() < 0.1 * with, "{with} {without}");
+}
+
+#[test]
+fn the_acceptance_lines_of_the_specification_hold() {
+    // SPEC slope 8: with aids the grade filter's rms is at most 0.6 of the second filter's against the grade, 0.85 on b3, and
+    // its correlation at least 0.95 wherever it is defined.
+    for (name, share) in CASES.into_iter().zip([0.6, 0.6, 0.85, 0.6]) {
+        let Some((drive, _)) = case(name) else { return };
+        let out = run(&drive, &SlopeParams::default());
+        let slope = against_truth(&out, &drive, "grade", |e| e.slope);
+        let grade = against_truth(&out, &drive, "grade", |e| e.grade);
+        assert!(grade.rms <= share * slope.rms, "{name}: {} of {}", grade.rms, slope.rms);
+        assert!(grade.correlation >= 0.95 || name == CASES[1], "{name}: {}", grade.correlation);
+    }
 }
 
 #[test]
