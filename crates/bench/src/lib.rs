@@ -59,6 +59,7 @@ fn hour(drive: &Drive) -> Result<Drive, String> {
         truth: Series::default(),
         vehicle: drive.vehicle.clone(),
         rear_axle: drive.rear_axle,
+        disk: drive.disk,
     })
 }
 

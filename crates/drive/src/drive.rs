@@ -1,6 +1,7 @@
 //! A drive: what was measured, on one clock, and its epochs in time order.
 
 use crate::channel::{Channel, Record, Series};
+use crate::disk::Disk;
 use crate::geodesy::Geodetic;
 use crate::signals::{AccelArray, Baro, Gnss, Imu, Mag, Range, Steering, Wheels};
 use crate::vehicle::VehicleParams;
@@ -32,6 +33,8 @@ pub struct Drive {
     pub vehicle: Option<VehicleParams>,
     /// Where the rear axle is, seen from the inertial sensor, m ahead; where the drive says it.
     pub rear_axle: Option<f64>,
+    /// The six-accelerometer disk as calibrated; where the drive says it.
+    pub disk: Option<Disk>,
 }
 
 /// Everything measured at one instant.
@@ -146,6 +149,8 @@ pub enum Signal {
     BaroAltitude,
     /// Six-accelerometer disk.
     AccelArray,
+    /// Three accelerometers and three gyros, or the six-accelerometer disk.
+    SixAxes,
 }
 
 impl Signal {
@@ -167,6 +172,7 @@ impl Signal {
             Self::GnssVerticalVelocity => "GNSS vertical velocity",
             Self::BaroAltitude => "barometric altitude",
             Self::AccelArray => "six-accelerometer disk",
+            Self::SixAxes => "three accelerometers and three gyros (or the six-accelerometer disk)",
         }
     }
 }
@@ -195,6 +201,8 @@ pub struct LogStart {
     pub origin: Option<Geodetic>,
     /// Where the rear axle is, seen from the inertial sensor, m ahead; `None` where the drive does not say.
     pub rear_axle: Option<f64>,
+    /// The six-accelerometer disk as calibrated; `None` where the drive does not say.
+    pub disk: Option<Disk>,
 }
 
 impl Drive {
@@ -272,7 +280,11 @@ impl Drive {
             Signal::GnssCourse => has("course") || has("gnss_vn") && has("gnss_ve"),
             Signal::GnssVerticalVelocity => has("gnss_vd"),
             Signal::BaroAltitude => has("baro_alt"),
-            Signal::AccelArray => has("acc6_1") && has("acc6_6"),
+            Signal::AccelArray => self.accel_array.series().schema().iter().all(|c| has(c.name)),
+            Signal::SixAxes => {
+                ["accel_x", "accel_y", "accel_z", "gyro_x", "gyro_y", "gyro_z"].into_iter().all(has)
+                    || self.has(Signal::AccelArray)
+            }
         }
     }
 
@@ -291,7 +303,13 @@ impl Drive {
         let wheel = self.wheels.iter().take_while(|(t, _)| *t <= soon).map(|(_, w)| w.forward_speed());
         let gnss = self.gnss.iter().take_while(|(t, _)| *t <= soon).map(|(_, g)| g.ground_speed());
         let speed = wheel.chain(gnss).find(|v| v.is_finite()).unwrap_or(f64::NAN);
-        LogStart { imu_step: median_step(imu_time), speed, origin: self.origin(), rear_axle: self.rear_axle }
+        LogStart {
+            imu_step: median_step(imu_time),
+            speed,
+            origin: self.origin(),
+            rear_axle: self.rear_axle,
+            disk: self.disk,
+        }
     }
 
     /// Origin of local coordinates; see [`LogStart::origin`].

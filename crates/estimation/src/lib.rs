@@ -8,6 +8,7 @@ mod case_log;
 pub mod chi_square;
 pub mod estimator;
 pub mod gnss_ins;
+pub mod gyro_free;
 pub mod ins;
 pub mod kalman;
 pub mod motion_mode;

@@ -12,6 +12,7 @@
 //! Not known: which way the car moves, and what moves it: a parked car with a loud engine may look like a moving one.
 
 mod detector;
+mod disk;
 mod rules;
 mod windows;
 
@@ -22,7 +23,9 @@ use drivescope_drive::drive::{Epoch, LogStart, Signal};
 use drivescope_drive::vehicle::VehicleParams;
 use drivescope_drive::{params, record};
 
+use self::disk::DiskSource;
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
+use crate::gyro_free::{Front, GyroFreeParams};
 
 params! {
     /// Windows, thresholds and rules of the motion mode.
@@ -84,6 +87,8 @@ record! {
         td_threshold: "rad/s";
         /// Threshold of `fd`.
         fd_threshold: "m/s^2";
+        /// Threshold of the magnitude of `yd`: what begins a corner, or ends the one that is driven.
+        yd_threshold: "rad/s";
         /// Learned bias of the roll gyro.
         gyro_bias_x: "rad/s", truth "gyro_bias_x";
         /// Learned bias of the pitch gyro.
@@ -115,6 +120,7 @@ const NOT_AT_REST: &str =
     "The log does not start at rest: gyro biases and noise floor are not learned, thresholds are fixed.";
 const BAD_ROW: &str = "An inertial row without usable numbers: the row before it was used.";
 const NO_FORCE: &str = "An inertial row with a specific force of zero was skipped.";
+const NO_LAYOUT: &str = "The disk's six accelerometers do not tell force and angular acceleration apart: no row can be read.";
 const NOT_LATER: &str = "An inertial row not later than the one before it was skipped.";
 const HOLE: &str = "A hole of more than 0.5 s in the inertial rows: the windows start again, the mode stays.";
 
@@ -122,6 +128,7 @@ const HOLE: &str = "A hole of more than 0.5 s in the inertial rows: the windows 
 #[derive(Clone, Debug)]
 pub struct MotionModeDetector {
     detector: Detector,
+    disk: Option<DiskSource>,
     use_speed: bool,
     time: f64,
     good: InertialRow,
@@ -138,12 +145,11 @@ impl Estimator for MotionModeDetector {
     const DOC: &'static str = "Whether the car stands, drives straight on or turns, from accelerometers and gyros by the \
         rules of Lee et al. 2010, with hysteresis, an escape from rest and thresholds that follow the noise floor.";
     const NEEDS: &'static [Need] = &[
-        Need { signal: Signal::AccelX, required: true, why: "its step ends rest" },
-        Need { signal: Signal::AccelY, required: true, why: "jerk is that of the whole specific force" },
-        Need { signal: Signal::AccelZ, required: true, why: "jerk is that of the whole specific force" },
-        Need { signal: Signal::GyroX, required: true, why: "sway tells motion from rest" },
-        Need { signal: Signal::GyroY, required: true, why: "sway tells motion from rest" },
-        Need { signal: Signal::GyroZ, required: true, why: "it tells corners" },
+        Need {
+            signal: Signal::SixAxes,
+            required: true,
+            why: "a step of the forward force ends rest, jerk and sway tell motion from rest, the yaw rate tells corners",
+        },
         Need {
             signal: Signal::ForwardSpeed,
             required: false,
@@ -155,10 +161,47 @@ impl Estimator for MotionModeDetector {
     type Estimate = MotionModeEstimate;
 
     fn new(params: &MotionModeParams, _vehicle: &VehicleParams, start: &LogStart) -> Self {
+        Self::with_disk(params, &GyroFreeParams::default(), start)
+    }
+
+    fn step(&mut self, epoch: &Epoch) -> Result<Option<MotionModeEstimate>, EstimatorError> {
+        self.read_speed(epoch);
+        if self.disk.is_some() && self.is_disk_log(epoch) {
+            return Ok(self.step_disk(epoch));
+        }
+        let Some(imu) = epoch.imu else { return Ok(None) };
+        let row =
+            InertialRow { force: [imu.accel_x, imu.accel_y, imu.accel_z], rate: [imu.gyro_x, imu.gyro_y, imu.gyro_z] };
+        if !self.is_later(epoch.time) {
+            return Ok(None);
+        }
+        if row.force == [0.0; 3] {
+            self.notices.add(NO_FORCE, epoch.time);
+            return Ok(None);
+        }
+        if epoch.time - self.time > LARGEST_STEP {
+            self.after_hole(epoch.time);
+        }
+        let is_good = row.is_plausible();
+        if is_good {
+            self.good = row;
+        }
+        Ok(Some(self.decide(epoch.time, is_good)))
+    }
+
+    fn notices(&self) -> &Notices {
+        &self.notices
+    }
+}
+
+impl MotionModeDetector {
+    /// A detector whose disk, in a log that has one in place of accelerometers and gyros, is filtered with these parameters.
+    pub fn with_disk(params: &MotionModeParams, disk: &GyroFreeParams, start: &LogStart) -> Self {
         let step = if start.imu_step > 0.0 { start.imu_step } else { USUAL_STEP };
         let starts_moving = start.speed.abs() > CLEARLY_MOVING;
         Self {
             detector: Detector::new(params, step, starts_moving),
+            disk: Some(DiskSource::new(Front::new(start.disk.as_ref(), disk), step)),
             use_speed: params.use_speed,
             time: f64::NEG_INFINITY,
             good: InertialRow::AT_REST,
@@ -170,48 +213,59 @@ impl Estimator for MotionModeDetector {
         }
     }
 
-    fn step(&mut self, epoch: &Epoch) -> Result<Option<MotionModeEstimate>, EstimatorError> {
-        self.read_speed(epoch);
-        let Some(imu) = epoch.imu else { return Ok(None) };
-        let row =
-            InertialRow { force: [imu.accel_x, imu.accel_y, imu.accel_z], rate: [imu.gyro_x, imu.gyro_y, imu.gyro_z] };
-        if !(epoch.time > self.time && epoch.time < f64::INFINITY) {
+    /// The same for a log whose specific force and rates are to come from the disk even where there are accelerometers too.
+    pub fn disk_only(mut self) -> Self {
+        if let Some(disk) = &mut self.disk {
+            disk.activate();
+        }
+        self
+    }
+
+    /// What a navigator integrates at the last row: specific force and rates, from the disk's filter where there is one.
+    pub fn inertial_row(&self) -> InertialRow {
+        match self.front() {
+            Some(front) => front.inertial_row(),
+            None => self.good,
+        }
+    }
+
+    /// The disk's front, in a log that has a disk in place of accelerometers and gyros.
+    pub fn front(&self) -> Option<&Front> {
+        self.disk.as_ref().and_then(DiskSource::active)
+    }
+
+    /// The mode now.
+    pub fn mode(&self) -> MotionMode {
+        self.detector.mode()
+    }
+
+    fn is_later(&mut self, time: f64) -> bool {
+        let is_later = time > self.time && time < f64::INFINITY;
+        if !is_later {
             self.notices.add(NOT_LATER, self.time);
-            return Ok(None);
         }
-        if row.force == [0.0; 3] {
-            self.notices.add(NO_FORCE, epoch.time);
-            return Ok(None);
-        }
-        if epoch.time - self.time > LARGEST_STEP {
-            self.after_hole(epoch.time);
-        }
-        self.time = epoch.time;
-        let is_good = row.is_plausible();
-        if is_good {
-            self.good = row;
-        } else {
-            self.notices.add(BAD_ROW, epoch.time);
+        is_later
+    }
+
+    /// Decide a row from `self.good`; `is_good` is false where that stands in for one that could not be read.
+    fn decide(&mut self, time: f64, is_good: bool) -> MotionModeEstimate {
+        self.time = time;
+        if !is_good {
+            self.notices.add(BAD_ROW, time);
         }
         let (age, slowest) =
             if self.has_wheels { (SPEED_AGE, CLEARLY_MOVING) } else { (GROUND_SPEED_AGE, CLEARLY_MOVING_BY_SATELLITE) };
-        let wheels_turn = epoch.time - self.speed_time <= age && self.speed.abs() > slowest;
+        let wheels_turn = time - self.speed_time <= age && self.speed.abs() > slowest;
         if wheels_turn && self.detector.refuse_learning() {
-            self.notices.add(NOT_AT_REST, epoch.time);
+            self.notices.add(NOT_AT_REST, time);
         }
         let (decision, refused) = self.detector.push(&self.good, is_good, wheels_turn);
         if refused {
-            self.notices.add(NOT_AT_REST, epoch.time);
+            self.notices.add(NOT_AT_REST, time);
         }
-        Ok(Some(estimate(&decision, self.detector.bias())))
+        estimate(&decision, self.detector.bias())
     }
 
-    fn notices(&self) -> &Notices {
-        &self.notices
-    }
-}
-
-impl MotionModeDetector {
     /// The speed that may contradict rest: the wheels', or the satellites' in a log that has none of the wheels.
     fn read_speed(&mut self, epoch: &Epoch) {
         let wheels = epoch.wheels.map_or(f64::NAN, |w| w.forward_speed());
@@ -250,6 +304,7 @@ fn estimate(decision: &Decision, bias: [f64; 3]) -> MotionModeEstimate {
         jd_threshold: decision.thresholds.jerk,
         td_threshold: decision.thresholds.tilt_rate,
         fd_threshold: decision.thresholds.force_step,
+        yd_threshold: decision.yaw_threshold,
         gyro_bias_x: bias[0],
         gyro_bias_y: bias[1],
         gyro_bias_z: bias[2],

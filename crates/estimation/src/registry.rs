@@ -107,6 +107,7 @@ estimators! {
     Slope = crate::slope::Slope,
     MotionMode = crate::motion_mode::MotionModeDetector,
     GnssIns = crate::gnss_ins::GnssIns,
+    GyroFree = crate::gyro_free::GyroFree,
 }
 
 /// An estimator by name.

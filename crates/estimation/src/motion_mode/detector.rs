@@ -48,6 +48,8 @@ pub struct Decision {
     pub indicator: u8,
     /// Thresholds after the row.
     pub thresholds: Thresholds,
+    /// What the magnitude of the yaw rate was compared with, rad/s.
+    pub yaw_threshold: f64,
     /// The mode.
     pub mode: MotionMode,
     /// The rule that decided it.
@@ -142,6 +144,11 @@ impl Detector {
         self.bias
     }
 
+    /// The mode after the last row.
+    pub fn mode(&self) -> MotionMode {
+        self.rules.mode
+    }
+
     /// Forget the windows, after a hole in the log; the mode, the biases and the noise floor stay.
     pub fn clear_windows(&mut self) {
         self.jerk.clear();
@@ -189,6 +196,7 @@ impl Detector {
         };
         let indicator = self.thresholds.indicator(&statistics);
         self.adapt(&statistics, indicator);
+        let yaw_threshold = self.rules.yaw_threshold();
         let is_held = was_learning && !refused && self.adaptive.is_some();
         let rule = if is_held {
             Rule::Learning
@@ -201,7 +209,8 @@ impl Detector {
                 is_full: self.jerk.is_full(),
             })
         };
-        (Decision { statistics, indicator, thresholds: self.thresholds, mode: self.rules.mode, rule }, refused)
+        let (thresholds, mode) = (self.thresholds, self.rules.mode);
+        (Decision { statistics, indicator, thresholds, yaw_threshold, mode, rule }, refused)
     }
 
     /// Take a row into the means; `false` if it shows that the car is not at rest.

@@ -118,6 +118,11 @@ impl Rules {
         Self { settings, mode, last_moving: MotionMode::Straight, active_rows: 0 }
     }
 
+    /// What the magnitude of the yaw rate is compared with at the next row, rad/s.
+    pub(super) fn yaw_threshold(&self) -> f64 {
+        if self.mode == MotionMode::Cornering { self.settings.yaw_off } else { self.settings.yaw_on }
+    }
+
     /// Decide one row and say by which rule; where two fire, the later one.
     pub(super) fn decide(&mut self, row: &Row) -> Rule {
         let mut rule = if self.mode == MotionMode::Stationary { self.leave_rest(row) } else { self.come_to_rest(row) };
