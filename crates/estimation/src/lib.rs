@@ -11,6 +11,7 @@ pub mod gnss_ins;
 pub mod gyro_free;
 pub mod ins;
 pub mod kalman;
+pub mod land_ins;
 pub mod motion_mode;
 pub mod orientation;
 pub mod registry;
