@@ -17,6 +17,7 @@ pub mod orientation;
 pub mod registry;
 pub mod score;
 pub mod slope;
+pub mod stationarity;
 #[cfg(test)]
 mod testing;
 pub mod trajectory;

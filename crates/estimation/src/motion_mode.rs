@@ -120,7 +120,8 @@ const NOT_AT_REST: &str =
     "The log does not start at rest: gyro biases and noise floor are not learned, thresholds are fixed.";
 const BAD_ROW: &str = "An inertial row without usable numbers: the row before it was used.";
 const NO_FORCE: &str = "An inertial row with a specific force of zero was skipped.";
-const NO_LAYOUT: &str = "The disk's six accelerometers do not tell force and angular acceleration apart: no row can be read.";
+const NO_LAYOUT: &str =
+    "The disk's six accelerometers do not tell force and angular acceleration apart: no row can be read.";
 const NOT_LATER: &str = "An inertial row not later than the one before it was skipped.";
 const HOLE: &str = "A hole of more than 0.5 s in the inertial rows: the windows start again, the mode stays.";
 
@@ -227,6 +228,11 @@ impl MotionModeDetector {
             Some(front) => front.inertial_row(),
             None => self.good,
         }
+    }
+
+    /// What the mode was decided from at the last row.
+    pub fn mode_row(&self) -> InertialRow {
+        self.good
     }
 
     /// The disk's front, in a log that has a disk in place of accelerometers and gyros.

@@ -109,6 +109,7 @@ estimators! {
     GnssIns = crate::gnss_ins::GnssIns,
     LandIns = crate::land_ins::LandIns,
     GyroFree = crate::gyro_free::GyroFree,
+    Stationarity = crate::stationarity::Stationarity,
 }
 
 /// An estimator by name.

@@ -181,8 +181,7 @@ fn pieces(series: &Series) -> Vec<Piece> {
     let mut first = 0;
     while first < time.len() {
         let end = time.partition_point(|&t| t < time[first] + PIECE).max(first + 1);
-        let rows: Vec<usize> =
-            (first..end).filter(|&r| (0..6).all(|c| series.column_at(c)[r].is_finite())).collect();
+        let rows: Vec<usize> = (first..end).filter(|&r| (0..6).all(|c| series.column_at(c)[r].is_finite())).collect();
         let count = rows.len() as f64;
         if rows.len() >= 5 {
             let mean = std::array::from_fn(|c| rows.iter().map(|&r| series.column_at(c)[r]).sum::<f64>() / count);
@@ -256,8 +255,11 @@ mod tests {
         for (i, s) in found.disk.sensors.iter().enumerate() {
             let y = [0, 1, 2, 3].map(|p: usize| poses[p].mean[i]);
             let bias = 0.5 * (y[0] + y[3]);
-            let axis =
-                [(bias - y[1]) / STANDARD_GRAVITY, (y[2] - bias) / STANDARD_GRAVITY, (y[3] - y[0]) / 2.0 / STANDARD_GRAVITY];
+            let axis = [
+                (bias - y[1]) / STANDARD_GRAVITY,
+                (y[2] - bias) / STANDARD_GRAVITY,
+                (y[3] - y[0]) / 2.0 / STANDARD_GRAVITY,
+            ];
             assert!((s.bias - bias).abs() < 1e-12);
             assert!(s.axis.iter().zip(axis).all(|(a, b)| (a - b).abs() < 1e-13));
         }

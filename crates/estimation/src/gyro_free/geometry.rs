@@ -23,7 +23,9 @@ pub struct Motion {
 
 /// The six sensors do not tell force and angular acceleration apart.
 #[derive(Clone, Copy, Debug, thiserror::Error, PartialEq)]
-#[error("six accelerometers in this layout do not tell specific force and angular acceleration apart (condition {0:e})")]
+#[error(
+    "six accelerometers in this layout do not tell specific force and angular acceleration apart (condition {0:e})"
+)]
 pub struct SingularLayout(pub f64);
 
 /// A disk with the inverse of its six rows.

@@ -113,8 +113,16 @@ impl Estimator for GyroFree {
     const DOC: &'static str = "Specific force, angular acceleration and body rates from six accelerometers on a disk and one \
         yaw gyro, with the zero rates that the motion mode knows. After Lee et al. 2010.";
     const NEEDS: &'static [Need] = &[
-        Need { signal: Signal::AccelArray, required: true, why: "force and angular acceleration are read from all six" },
-        Need { signal: Signal::GyroZ, required: false, why: "holds the yaw rate; without it corners are read too small" },
+        Need {
+            signal: Signal::AccelArray,
+            required: true,
+            why: "force and angular acceleration are read from all six",
+        },
+        Need {
+            signal: Signal::GyroZ,
+            required: false,
+            why: "holds the yaw rate; without it corners are read too small",
+        },
         Need { signal: Signal::ForwardSpeed, required: false, why: "turning wheels contradict rest" },
     ];
     const VEHICLE: &'static str = "saloon";
@@ -122,11 +130,8 @@ impl Estimator for GyroFree {
     type Estimate = GyroFreeEstimate;
 
     fn new(params: &GyroFreeParams, _vehicle: &VehicleParams, start: &LogStart) -> Self {
-        let mode = MotionModeParams {
-            adaptive: params.adaptive,
-            use_speed: params.use_speed,
-            ..MotionModeParams::default()
-        };
+        let mode =
+            MotionModeParams { adaptive: params.adaptive, use_speed: params.use_speed, ..MotionModeParams::default() };
         Self { detector: MotionModeDetector::with_disk(&mode, params, start).disk_only() }
     }
 

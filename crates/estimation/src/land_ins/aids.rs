@@ -68,35 +68,39 @@ pub fn wheel(filter: &Filter, tuning: &Tuning, speed: f64) -> Row {
     axle_velocity(filter, tuning, 0, speed, tuning.params.wheel_sigma)
 }
 
-/// Position and velocity of a fix that is `age` s old, of which the car went on with its velocity; returns how many rows hold.
-pub fn satellites(filter: &Filter, tuning: &Tuning, fix: &Fix, age: f64) -> ([Row; 6], usize) {
-    let mut rows = [Row::new(0.0, 1.0); 6];
+/// Position of a fix that is `age` s old, of which the car went on with its velocity; returns how many rows hold.
+pub fn satellite_position(filter: &Filter, tuning: &Tuning, fix: &Fix, age: f64) -> ([Row; 3], usize) {
+    let arm = filter.rotation * tuning.antenna;
+    let indicated = filter.position + arm - filter.velocity * age;
+    let by_attitude = -skew(&arm);
+    let mut rows = [Row::new(0.0, 1.0); 3];
     let mut count = 0;
-    let mut push = |row: Row| {
-        rows[count] = row;
-        count += 1;
-    };
-    let axis = |i: usize| -> Vector3<f64> { Matrix3::identity().column(i).into() };
     if let Some(position) = fix.position {
-        let arm = filter.rotation * tuning.antenna;
-        let indicated = filter.position + arm - filter.velocity * age;
-        let by_attitude = -skew(&arm);
         for i in (0..3).filter(|&i| fix.position_sigma[i].is_finite()) {
-            let row = Row::new(position[i] - indicated[i], fix.position_sigma[i]).by(POSITION, &axis(i));
-            push(row.by(ATTITUDE, &by_attitude.row(i).transpose()));
-        }
-    }
-    if let Some(velocity) = fix.velocity {
-        let turning = filter.rotation * filter.rate.cross(&tuning.antenna);
-        let indicated = filter.velocity + turning;
-        let by_attitude = -skew(&turning);
-        let by_gyro = filter.rotation * skew(&tuning.antenna);
-        for i in 0..if fix.has_vertical_velocity { 3 } else { 2 } {
-            let row = Row::new(velocity[i] - indicated[i], tuning.params.gnss_velocity_sigma).by(VELOCITY, &axis(i));
-            push(row.by(ATTITUDE, &by_attitude.row(i).transpose()).by(GYRO_BIAS, &by_gyro.row(i).transpose()));
+            rows[count] = Row::new(position[i] - indicated[i], fix.position_sigma[i])
+                .by(POSITION, &Matrix3::identity().column(i).into())
+                .by(ATTITUDE, &by_attitude.row(i).transpose());
+            count += 1;
         }
     }
     (rows, count)
+}
+
+/// Velocity of a fix; returns how many rows hold.
+pub fn satellite_velocity(filter: &Filter, tuning: &Tuning, fix: &Fix) -> ([Row; 3], usize) {
+    let turning = filter.rotation * filter.rate.cross(&tuning.antenna);
+    let indicated = filter.velocity + turning;
+    let by_attitude = -skew(&turning);
+    let by_gyro = filter.rotation * skew(&tuning.antenna);
+    let mut rows = [Row::new(0.0, 1.0); 3];
+    let Some(velocity) = fix.velocity else { return (rows, 0) };
+    for (i, row) in rows.iter_mut().enumerate() {
+        *row = Row::new(velocity[i] - indicated[i], tuning.params.gnss_velocity_sigma)
+            .by(VELOCITY, &Matrix3::identity().column(i).into())
+            .by(ATTITUDE, &by_attitude.row(i).transpose())
+            .by(GYRO_BIAS, &by_gyro.row(i).transpose());
+    }
+    (rows, if fix.has_vertical_velocity { 3 } else { 2 })
 }
 
 #[cfg(test)]
@@ -126,7 +130,8 @@ mod tests {
             rows.extend(zero_rate(f, &mean, &tuning));
             rows.extend(non_holonomic(f, &tuning, true));
             rows.extend([straight(f, &mean, &tuning), wheel(f, &tuning, 9.0)]);
-            rows.extend(satellites(f, &tuning, &fix, 0.0).0);
+            rows.extend(satellite_position(f, &tuning, &fix, 0.0).0);
+            rows.extend(satellite_velocity(f, &tuning, &fix).0);
             rows
         };
         let before = all(&base);
@@ -157,7 +162,8 @@ mod tests {
             velocity: Some(Vector3::zeros()),
             has_vertical_velocity: false,
         };
-        assert_eq!(satellites(&moving(), &tuning(), &flat, 0.0).1, 4);
-        assert_eq!(satellites(&moving(), &tuning(), &Fix { position: None, ..flat }, 0.0).1, 2);
+        assert_eq!(satellite_position(&moving(), &tuning(), &flat, 0.0).1, 2);
+        assert_eq!(satellite_velocity(&moving(), &tuning(), &flat).1, 2);
+        assert_eq!(satellite_position(&moving(), &tuning(), &Fix { position: None, ..flat }, 0.0).1, 0);
     }
 }

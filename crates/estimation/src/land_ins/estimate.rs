@@ -86,18 +86,22 @@ record! {
         wheel_active: "1";
         /// 1 while satellites hold the filter, 0 from a refused fix or 2 s after the last one.
         gnss_active: "1";
-        /// Normalized innovation squared of the zero velocity. Small: a standing car keeps still better than its sigma.
+        /// Normalized innovation squared of the zero velocity. Below 1: a standing car keeps stiller than its sigma says.
         zupt_nis: "1", nis 3;
-        /// Normalized innovation squared of the zero rate. Small, for the same reason.
+        /// Normalized innovation squared of the zero rate. Below 1, for the same reason.
         zaru_nis: "1", nis 3;
-        /// Normalized innovation squared of the non-holonomic constraint. Small: its sigma leaves room for sideslip.
+        /// Normalized innovation squared of the non-holonomic constraint. Below 1: its sigma leaves room for sideslip.
         nhc_nis: "1", nis 2;
-        /// Normalized innovation squared of the zero yaw rate of a straight.
+        /// Normalized innovation squared of the zero yaw rate of a straight. Below 1: a straight is straighter than its sigma says.
         straight_nis: "1", nis 1;
-        /// Normalized innovation squared of the reported speed.
+        /// Normalized innovation squared of the reported speed. Below 1 where its sigma leaves room for a wrong scale.
         wheel_nis: "1", nis 1;
-        /// Normalized innovation squared of a whole fix; no value where the fix lacked an axis.
-        gnss_nis: "1", nis 6;
+        /// Normalized innovation squared of a satellite position; no value if its height was missing. Below 1 where the receiver
+        /// errs slowly: the filter follows it then.
+        gnss_position_nis: "1", nis 3;
+        /// Normalized innovation squared of a satellite velocity; no value if its vertical part was missing. Below 1 where the
+        /// receiver measures better than its sigma says.
+        gnss_velocity_nis: "1", nis 3;
     }
 }
 
@@ -125,7 +129,7 @@ pub(super) fn active(verdict: Option<Verdict>) -> f64 {
 }
 
 /// Put the aids of an instant into their columns; `None` between two instants, where the strips stay as they are.
-pub(super) fn write_aids(verdicts: Option<&Verdicts>, gnss: Option<Verdict>, row: &mut LandInsEstimate) {
+pub(super) fn write_aids(verdicts: Option<&Verdicts>, gnss: &[Option<Verdict>; 2], row: &mut LandInsEstimate) {
     if let Some(v) = verdicts {
         row.zupt_active = active(v.zupt);
         row.zaru_active = active(v.zaru);
@@ -139,7 +143,7 @@ pub(super) fn write_aids(verdicts: Option<&Verdicts>, gnss: Option<Verdict>, row
     row.nhc_nis = nis(v.nhc, 2);
     row.straight_nis = nis(v.straight, 1);
     row.wheel_nis = nis(v.wheel, 1);
-    row.gnss_nis = nis(gnss, 6);
+    [row.gnss_position_nis, row.gnss_velocity_nis] = gnss.map(|v| nis(v, 3));
 }
 
 /// Put the state into its columns.

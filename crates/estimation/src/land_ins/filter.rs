@@ -359,7 +359,12 @@ pub(super) mod tests {
         propagate(&mut sparse, &force, &rotation, dt, &noise);
         let f = transition(&force, &rotation, dt);
         let mut dense = f * before * f.transpose();
-        for (first, density) in [(VELOCITY, noise.accel), (ATTITUDE, noise.gyro), (GYRO_BIAS, noise.gyro_bias), (ACCEL_BIAS, noise.accel_bias)] {
+        for (first, density) in [
+            (VELOCITY, noise.accel),
+            (ATTITUDE, noise.gyro),
+            (GYRO_BIAS, noise.gyro_bias),
+            (ACCEL_BIAS, noise.accel_bias),
+        ] {
             (first..first + 3).for_each(|k| dense[(k, k)] += density * dt);
         }
         assert!((sparse - dense).amax() < 1e-12 * dense.amax());

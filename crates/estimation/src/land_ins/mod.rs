@@ -48,9 +48,11 @@ const SHORTEST_REST: f64 = 1.0;
 /// How far into the log the heading is looked for before the first row, s.
 const LOOK_AHEAD: f64 = 120.0;
 
-const NO_HEADING: &str = "Nothing gives the heading (no `initial_yaw`, magnetometer or satellite course): it starts at zero.";
+const NO_HEADING: &str =
+    "Nothing gives the heading (no `initial_yaw`, magnetometer or satellite course): it starts at zero.";
 const FOUND_HEADING: &str = "The heading was found from the satellites' course.";
-const STARTS_MOVING: &str = "The log starts in motion: roll and pitch start at zero, velocity and heading from the satellites.";
+const STARTS_MOVING: &str =
+    "The log starts in motion: roll and pitch start at zero, velocity and heading from the satellites.";
 const REPAIRED: &str = "The state stopped being a number and was put back.";
 const IMPLAUSIBLE: &str = "An inertial row beyond a car's range: the row before it was used.";
 
@@ -87,7 +89,11 @@ impl Estimator for LandIns {
     const NEEDS: &'static [Need] = &[
         Need { signal: Signal::SixAxes, required: true, why: "velocity and attitude are integrated from all six" },
         Need { signal: Signal::ForwardSpeed, required: false, why: "with `wheel`, holds the error along the road" },
-        Need { signal: Signal::GnssVelocity, required: false, why: "its course gives the heading, unless `initial_yaw` does" },
+        Need {
+            signal: Signal::GnssVelocity,
+            required: false,
+            why: "its course gives the heading, unless `initial_yaw` does",
+        },
         Need { signal: Signal::Mag, required: false, why: "gives a heading at the start, where satellites do not" },
         Need { signal: Signal::GnssPosition, required: false, why: "with `gnss`, holds the position" },
     ];
@@ -96,11 +102,8 @@ impl Estimator for LandIns {
     type Estimate = LandInsEstimate;
 
     fn new(params: &LandInsParams, vehicle: &VehicleParams, start: &LogStart) -> Self {
-        let mode = MotionModeParams {
-            adaptive: params.adaptive,
-            use_speed: params.use_speed,
-            ..MotionModeParams::default()
-        };
+        let mode =
+            MotionModeParams { adaptive: params.adaptive, use_speed: params.use_speed, ..MotionModeParams::default() };
         Self {
             tuning: Tuning::new(params, start),
             mode: MotionModeDetector::new(&mode, vehicle, start),
@@ -297,9 +300,10 @@ impl LandIns {
 
     /// Put what a row led to into columns and notices.
     fn tell(&mut self, time: f64, outcome: &Outcome) {
-        estimate::write_aids(outcome.verdicts.as_ref(), outcome.gnss, &mut self.row);
-        if let Some(verdict) = outcome.gnss {
-            self.gnss_time = if verdict.is_accepted { time } else { f64::NEG_INFINITY };
+        estimate::write_aids(outcome.verdicts.as_ref(), &outcome.gnss, &mut self.row);
+        if outcome.gnss.iter().flatten().next().is_some() {
+            let is_used = outcome.gnss.iter().flatten().any(|v| v.is_accepted);
+            self.gnss_time = if is_used { time } else { f64::NEG_INFINITY };
         }
         self.row.gnss_active = f64::from(u8::from(time - self.gnss_time <= GNSS_AGE));
         if outcome.found_heading {

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::aids::{self, Fix};
 use super::alignment::{Heading, Start, course_sigma, is_rotation};
 use super::estimate::Verdicts;
-use super::filter::{Filter, Verdict};
+use super::filter::{Filter, Row, Verdict};
 use super::tuning::Tuning;
 use crate::motion_mode::MotionMode;
 
@@ -44,8 +44,8 @@ pub struct Inputs {
 pub struct Outcome {
     /// What the motion mode's aids were worth, where they were due.
     pub verdicts: Option<Verdicts>,
-    /// What the fix was worth.
-    pub gnss: Option<Verdict>,
+    /// What position and velocity of the fix were worth.
+    pub gnss: [Option<Verdict>; 2],
     /// Whether the heading was found.
     pub found_heading: bool,
     /// Whether the state had to be put back.
@@ -152,15 +152,24 @@ impl Running {
         v
     }
 
-    fn aid_by_satellites(&mut self, fix: &Fix, age: f64, tuning: &Tuning) -> Option<Verdict> {
-        let (rows, count) = aids::satellites(&self.filter, tuning, fix, age);
-        let verdict = self.filter.update(&rows[..count], Some(tuning.params.gate)).filter(|_| count > 0)?;
-        self.fix_refusals = if verdict.is_accepted { 0 } else { self.fix_refusals + 1 };
+    /// Position and then velocity, each with its own gate.
+    fn aid_by_satellites(&mut self, fix: &Fix, age: f64, tuning: &Tuning) -> [Option<Verdict>; 2] {
+        let gate = Some(tuning.params.gate);
+        let f = &mut self.filter;
+        let mut fold = |f: &mut Filter, (rows, count): ([Row; 3], usize)| {
+            if count > 0 { f.update(&rows[..count], gate) } else { None }
+        };
+        let position = aids::satellite_position(f, tuning, fix, age);
+        let position = fold(f, position);
+        let velocity = aids::satellite_velocity(f, tuning, fix);
+        let velocity = fold(f, velocity);
+        let is_refused = [position, velocity].into_iter().flatten().any(|v| !v.is_accepted);
+        self.fix_refusals = if is_refused { self.fix_refusals + 1 } else { 0 };
         if self.fix_refusals >= FIX_REFUSALS {
             self.filter.open_up(true);
             self.fix_refusals = 0;
         }
-        Some(verdict)
+        [position, velocity]
     }
 
     /// Turn the state to the first satellite course of a car that clearly moves.

@@ -66,12 +66,53 @@ fn the_state_is_that_of_the_reference_at_every_kept_row() {
             ("accel_bias_z", "baz"),
         ] {
             let worst = worst(&series, ours, expected.column(theirs));
-            println!("{name} {ours} {worst}");
+            assert!(worst <= 1.0, "{name} {ours}: {worst} times 1e-6 relative + 1e-5");
         }
-        let satellites = estimate_of(&without_fixes(&drive, 45.0, 75.0), &LandInsParams { gnss: true, ..params });
+        let outage = without_fixes(&drive, 45.0, 74.9);
+        let satellites = estimate_of(&outage, &LandInsParams { gnss: true, ..params });
         for (ours, theirs) in [("north", "gn"), ("east", "ge"), ("down", "gd")] {
             let worst = worst(&satellites, ours, expected.column(theirs));
-            println!("{name} with satellites {ours} {worst}");
+            assert!(worst <= 1.0, "{name} with satellites {ours}: {worst} times 1e-6 relative + 1e-5");
+        }
+    }
+}
+
+/// Root mean square and largest horizontal distance from the truth, m.
+fn horizontal(series: &Series, drive: &Drive) -> [f64; 2] {
+    let position = crate::score::score(series, drive, None).position.unwrap();
+    [position.rmse_horizontal, position.max]
+}
+
+/// Section 4: root mean square and largest horizontal error of each variant, m. The plain integration's numbers are chance
+/// (alignment noise), but the reference's own, to the digit.
+#[test]
+fn position_errors_of_every_variant_are_the_specifications() {
+    type Line = [[f64; 2]; 7];
+    let lines: [Line; 3] = [
+        [[563.9, 1647.4], [471.8, 1407.8], [24.1, 67.5], [22.6, 63.6], [5.2, 9.3], [25.2, 119.5], [3.0, 14.6]],
+        [[37.7, 68.6], [281.4, 757.7], [24.8, 70.9], [25.1, 74.1], [10.8, 20.5], [20.6, 86.7], [6.4, 29.1]],
+        [[1163.7, 2757.0], [14.1, 54.6], [6.3, 34.1], [6.6, 33.1], [2.4, 5.5], [8.8, 44.3], [0.9, 3.2]],
+    ];
+    for (name, wanted) in CASES.into_iter().zip(lines) {
+        let Some((drive, _, initial_yaw)) = case(name) else { return };
+        let outage = without_fixes(&drive, 45.0, 74.9);
+        let all = LandInsParams { initial_yaw, ..LandInsParams::default() };
+        let plain = LandInsParams { zupt: false, zaru: false, nhc: false, straight: false, ..all.clone() };
+        let stops = LandInsParams { zupt: true, zaru: true, ..plain.clone() };
+        let variants = [
+            ("plain", &drive, plain.clone()),
+            ("zupt, zaru", &drive, stops.clone()),
+            ("zupt, zaru, nhc", &drive, LandInsParams { nhc: true, ..stops }),
+            ("all modes", &drive, all.clone()),
+            ("all modes, wheel", &drive, LandInsParams { wheel: true, ..all.clone() }),
+            ("satellites", &outage, LandInsParams { gnss: true, ..plain }),
+            ("satellites, all modes", &outage, LandInsParams { gnss: true, ..all }),
+        ];
+        for ((variant, drive, params), wanted) in variants.into_iter().zip(wanted) {
+            let found = horizontal(&estimate_of(drive, &params), drive);
+            // Half a unit of the last printed digit.
+            let is_same = found.iter().zip(wanted).all(|(a, b)| (a - b).abs() <= 0.0501);
+            assert!(is_same, "{name} {variant}: {found:?}, specification {wanted:?}");
         }
     }
 }
