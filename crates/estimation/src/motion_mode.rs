@@ -8,7 +8,7 @@
 //! thresholds (with one, table 3 has no memory) and counts with both signs; rest also ends after sustained activity (the
 //! paper leaves it by FD only and can miss a creeping launch for good); thresholds may follow the noise floor at rest; rest
 //! needs full windows, so that a log that starts in motion or has a hole does not begin with a stop; turning wheels
-//! contradict rest.
+//! contradict rest, and four that stand end motion before the windows have settled.
 //! Not known: which way the car moves, and what moves it: a parked car with a loud engine may look like a moving one.
 
 mod detector;
@@ -17,9 +17,10 @@ mod rules;
 mod windows;
 
 pub use detector::{Decision, Detector, InertialRow};
-pub use rules::{MotionMode, Rule, Statistics, Thresholds};
+pub use rules::{MotionMode, Rule, Statistics, Thresholds, WheelState};
 
 use drivescope_drive::drive::{Epoch, LogStart, Signal};
+use drivescope_drive::signals::Wheels;
 use drivescope_drive::vehicle::VehicleParams;
 use drivescope_drive::{params, record};
 
@@ -58,7 +59,8 @@ params! {
         launch_threshold_factor ("ad_kfd"): number = 4.0, "1", 1.5 ..= 8.0 Linear, from "spec/motion section 1";
         /// Time in which the noise floor follows the statistics at rest.
         floor_time ("ad_tau"): number = 20.0, "s", 2.0 ..= 120.0 Log, from "spec/motion section 1";
-        /// Whether turning wheels (faster than 0.5 m/s) contradict rest; in a log without wheel speeds, satellites (1 m/s).
+        /// Whether turning wheels contradict rest and four standing ones end motion; in a log without wheel speeds, satellites
+        /// (1 m/s) contradict rest.
         use_speed (""): toggle = true, from "a smooth road at constant speed looks like rest to an inertial sensor";
     }
 }
@@ -79,7 +81,7 @@ record! {
         /// Motion mode: 0 stationary, 1 straight, 2 cornering.
         mode: "1", truth "mode";
         /// Rule that fired: 0 none, 1 launch by force, 2 launch by activity, 3 stop, 4 corner begins, 5 corner ends,
-        /// 6 wheels turn, 7 held while learning, 8 held until the windows are full.
+        /// 6 wheels turn, 7 held while learning, 8 held until the windows are full, 9 wheels stand.
         rule: "1";
         /// Threshold of `jd`.
         jd_threshold: "m/s^2";
@@ -98,8 +100,17 @@ record! {
     }
 }
 
-/// Speed above which the car clearly moves, m/s.
+/// Reported speed above which the car clearly moves, m/s: the dead band and the noise of such a speed are not known.
 const CLEARLY_MOVING: f64 = 0.5;
+
+/// The same for the speeds of four wheels, which read zero below some 0.3 m/s and are exact at rest.
+const CLEARLY_TURNING: f64 = 0.25;
+
+/// Speed below which a wheel stands, m/s.
+const STANDING: f64 = 0.02;
+
+/// Time for which all four wheels must have stood before they end motion, s: below their dead band a car still rolls.
+const STANDING_TIME: f64 = 0.8;
 
 /// Age up to which a wheel speed counts, s.
 const SPEED_AGE: f64 = 0.5;
@@ -136,6 +147,8 @@ pub struct MotionModeDetector {
     speed: f64,
     speed_time: f64,
     has_wheels: bool,
+    has_four_wheels: bool,
+    standing_since: f64,
     starts_moving: bool,
     notices: Notices,
 }
@@ -209,6 +222,8 @@ impl MotionModeDetector {
             speed: f64::NAN,
             speed_time: f64::NEG_INFINITY,
             has_wheels: false,
+            has_four_wheels: false,
+            standing_since: f64::INFINITY,
             starts_moving,
             notices: Notices::default(),
         }
@@ -259,17 +274,44 @@ impl MotionModeDetector {
         if !is_good {
             self.notices.add(BAD_ROW, time);
         }
-        let (age, slowest) =
-            if self.has_wheels { (SPEED_AGE, CLEARLY_MOVING) } else { (GROUND_SPEED_AGE, CLEARLY_MOVING_BY_SATELLITE) };
-        let wheels_turn = time - self.speed_time <= age && self.speed.abs() > slowest;
-        if wheels_turn && self.detector.refuse_learning() {
+        let wheels = self.wheel_state(time);
+        if wheels == WheelState::Turn && self.detector.refuse_learning() {
             self.notices.add(NOT_AT_REST, time);
         }
-        let (decision, refused) = self.detector.push(&self.good, is_good, wheels_turn);
+        let (decision, refused) = self.detector.push(&self.good, is_good, wheels);
         if refused {
             self.notices.add(NOT_AT_REST, time);
         }
         estimate(&decision, self.detector.bias())
+    }
+
+    /// What wheels, or satellites in a log that has none, say at a time.
+    fn wheel_state(&self, time: f64) -> WheelState {
+        let (age, slowest) = match (self.has_wheels, self.has_four_wheels) {
+            (_, true) => (SPEED_AGE, CLEARLY_TURNING),
+            (true, false) => (SPEED_AGE, CLEARLY_MOVING),
+            (false, false) => (GROUND_SPEED_AGE, CLEARLY_MOVING_BY_SATELLITE),
+        };
+        if time - self.speed_time > age {
+            WheelState::Unknown
+        } else if self.speed.abs() > slowest {
+            WheelState::Turn
+        } else if time - self.standing_since >= STANDING_TIME {
+            WheelState::Stand
+        } else {
+            WheelState::Unknown
+        }
+    }
+
+    /// Since when all four wheels stand, if the log has them.
+    fn watch_wheels(&mut self, wheels: &Wheels, time: f64) {
+        let four = [wheels.wheel_speed_fl, wheels.wheel_speed_fr, wheels.wheel_speed_rl, wheels.wheel_speed_rr];
+        if four.iter().any(|v| !v.is_finite()) {
+            return;
+        }
+        self.has_four_wheels = true;
+        let stands = four.iter().all(|v| v.abs() < STANDING) && time.is_finite();
+        self.standing_since = if stands { self.standing_since.min(time) } else { f64::INFINITY };
     }
 
     /// The speed that may contradict rest: the wheels', or the satellites' in a log that has none of the wheels.
@@ -278,6 +320,9 @@ impl MotionModeDetector {
         let ground = epoch.gnss.filter(|g| g.is_usable()).map_or(f64::NAN, |g| g.ground_speed());
         if !self.use_speed {
             return;
+        }
+        if let Some(wheels) = &epoch.wheels {
+            self.watch_wheels(wheels, epoch.time);
         }
         if wheels.is_finite() {
             self.has_wheels = true;

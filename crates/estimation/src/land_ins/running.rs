@@ -156,7 +156,7 @@ impl Running {
     fn aid_by_satellites(&mut self, fix: &Fix, age: f64, tuning: &Tuning) -> [Option<Verdict>; 2] {
         let gate = Some(tuning.params.gate);
         let f = &mut self.filter;
-        let mut fold = |f: &mut Filter, (rows, count): ([Row; 3], usize)| {
+        let fold = |f: &mut Filter, (rows, count): ([Row; 3], usize)| {
             if count > 0 { f.update(&rows[..count], gate) } else { None }
         };
         let position = aids::satellite_position(f, tuning, fix, age);
