@@ -4,7 +4,7 @@
 
 use drivescope_drive::drive::Drive;
 use drivescope_drive::signals::{Imu, Wheels};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Little-endian numbers, one after the other.
 struct Bytes<'a>(&'a [u8]);
@@ -77,18 +77,22 @@ fn header<'a>(payload: &'a [u8], texts: usize) -> (f64, Bytes<'a>) {
 pub struct Robot {
     /// Time, specific force as read (up positive), rates.
     pub imu: Vec<(f64, Vector3<f64>, Vector3<f64>)>,
-    /// Time, forward speed, yaw rate to the left.
+    /// Time, forward speed, yaw rate to the left. Skidding wheels overstate the yaw rate of a robot that steers by them.
     pub odometry: Vec<(f64, f64, f64)>,
+    /// Time, and the turn of the sensor's axes against the ground by its own attitude filter.
+    pub attitude: Vec<(f64, UnitQuaternion<f64>)>,
 }
 
 impl Robot {
     /// Read a recording; time counts from its first sample.
     pub fn read(bytes: &[u8]) -> Self {
-        let (mut imu, mut odometry) = (Vec::new(), Vec::new());
+        let (mut imu, mut odometry, mut attitude) = (Vec::new(), Vec::new(), Vec::new());
         for (topic, payload) in messages(bytes) {
             if topic.ends_with("/imu/data") {
                 let (time, mut b) = header(payload, 1);
-                b.take(8 * (4 + 9));
+                let q: [f64; 4] = std::array::from_fn(|_| b.float());
+                attitude.push((time, UnitQuaternion::from_quaternion(Quaternion::new(q[3], q[0], q[1], q[2]))));
+                b.take(8 * 9);
                 let rate = Vector3::from_fn(|_, _| b.float());
                 b.take(8 * 9);
                 imu.push((time, Vector3::from_fn(|_, _| b.float()), rate));
@@ -102,15 +106,25 @@ impl Robot {
         let first = imu.first().map_or(0.0, |i: &(f64, _, _)| i.0);
         imu.iter_mut().for_each(|i| i.0 -= first);
         odometry.iter_mut().for_each(|o| o.0 -= first);
+        attitude.iter_mut().for_each(|a| a.0 -= first);
         imu.sort_by(|a, b| a.0.total_cmp(&b.0));
         odometry.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Self { imu, odometry }
+        attitude.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Self { imu, odometry, attitude }
     }
 
     /// The speed and yaw rate by the wheels at a time; the last sample before it.
     pub fn wheels_at(&self, time: f64) -> Option<(f64, f64)> {
         let after = self.odometry.partition_point(|o| o.0 <= time);
         after.checked_sub(1).map(|i| (self.odometry[i].1, self.odometry[i].2))
+    }
+
+    /// Turn rate about the vertical by the robot's own attitude filter, over a second about a time, rad/s.
+    pub fn turn_rate(&self, time: f64) -> Option<f64> {
+        let at = |t: f64| self.attitude.get(self.attitude.partition_point(|a| a.0 < t));
+        let (before, after) = (at(time - 0.5)?, at(time + 0.5)?);
+        let turned = (after.1 * before.1.inverse()).scaled_axis();
+        Some(turned.z / (after.0 - before.0))
     }
 
     /// Rotation from the sensor's axes to forward, right, down: down from gravity over the whole recording, forward the

@@ -88,7 +88,7 @@ pub fn apply(mut table: Table, mapping: &Mapping, name: &str) -> Result<(Drive, 
         report.warn(format!("{} without a time left out.", counted(timeless, "row")), None, row, timeless);
     }
     let mut shared = Shared::of(mapping);
-    let mut drive = Drive { name: name.to_owned(), ..Drive::default() };
+    let mut drive = Drive { name: name.to_owned(), disk: mapping.disk, ..Drive::default() };
     let mut load = Loader { table: &mut table, times: &times, mapping, shared: &mut shared, report: &mut report };
     drive.imu = load.channel(0)?;
     drive.mag = load.channel(1)?;
