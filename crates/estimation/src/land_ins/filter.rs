@@ -244,9 +244,9 @@ fn propagate(p: &mut Covariance, force: &Vector3<f64>, rotation: &Matrix3<f64>, 
         }
         let tilt = [[0.0, -f.z, f.y], [f.z, 0.0, -f.x], [-f.y, f.x, 0.0]];
         for (i, tilt) in tilt.iter().enumerate() {
-            for j in 0..3 {
+            for (j, tilt) in tilt.iter().enumerate() {
                 if i != j {
-                    add(c, VELOCITY + i, ATTITUDE + j, tilt[j]);
+                    add(c, VELOCITY + i, ATTITUDE + j, *tilt);
                 }
                 add(c, VELOCITY + i, ACCEL_BIAS + j, b[(i, j)]);
             }
