@@ -162,12 +162,10 @@ fn satellites_and_modes_bridge_an_outage_with_either_sensor() {
     }
 }
 
-/// Share of rows whose mode is that of the reference, outside 0.6 s of a change of it, from 3 s on.
-fn agreement(series: &Series, reference: impl Fn(f64) -> Option<f64>) -> (f64, usize) {
+/// Modes against those of a reference by time.
+fn agreement(series: &Series, reference: impl Fn(f64) -> Option<f64>) -> ModeScore {
     let labels: Vec<f64> = series.time().iter().map(|&t| reference(t).unwrap_or(f64::NAN)).collect();
-    let score = ModeScore::new(series.time(), series.column("mode").unwrap(), &labels).unwrap();
-    println!("{score:?}");
-    (score.accuracy_guarded, score.count)
+    ModeScore::new(series.time(), series.column("mode").unwrap(), &labels).unwrap()
 }
 
 #[test]
@@ -179,7 +177,7 @@ fn modes_of_ground_robots_agree_with_wheels_and_heading() {
         let mounting = robot.mounting();
         assert!((mounting.row(2).transpose() - nalgebra::Vector3::from(down)).norm() < 0.05, "{file}: {mounting:.2}");
         let series = estimate(&robot.drive(false), "motion_mode", &Value::Null);
-        let (share, rows) = agreement(&series, |t| {
+        let found = agreement(&series, |t| {
             let (speed, turn) = (robot.wheels_at(t)?.0, robot.turn_rate(t)?);
             Some(if speed.abs() < 0.05 && turn.abs() < 0.02 {
                 0.0
@@ -189,8 +187,8 @@ fn modes_of_ground_robots_agree_with_wheels_and_heading() {
                 1.0
             })
         });
-        println!("{file}: {share:.4} of {rows}");
-        assert!(rows > 2900 && share >= 0.95, "{file}: {share} of {rows} rows");
+        println!("{file}: {found:?}");
+        assert!(found.count > 2900 && found.accuracy_guarded >= 0.95, "{file}: {found:?}");
     }
 }
 
@@ -213,10 +211,29 @@ fn by_fixes(drive: &Drive, time: f64) -> Option<(f64, f64)> {
     Some((0.5 * (a.norm() + b.norm()), turn))
 }
 
-/// A car that drives in circles: inertial samples from one table, fixes from another, each with its own clock columns.
-fn circles(imu: &str, imu_time: [&str; 2], names: [&str; 6], gps: &str, gps_time: [&str; 2]) -> Option<Drive> {
+/// The columns of a CSV file over its rows with all cells: a raw sentence in quotes may break a line in two.
+fn whole_rows(path: &std::path::Path) -> std::collections::BTreeMap<String, Vec<f64>> {
+    let text = std::fs::read_to_string(path).unwrap();
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let rows: Vec<Vec<&str>> =
+        lines.map(|l| l.split(',').collect()).filter(|r: &Vec<_>| r.len() >= names.len()).collect();
+    let column = |i: usize| rows.iter().map(|r| r[i].parse().unwrap_or(f64::NAN)).collect();
+    names.iter().enumerate().map(|(i, name)| ((*name).to_string(), column(i))).collect()
+}
+
+/// A car that drives in circles: inertial samples from one table, fixes from another, each with its own clock columns;
+/// inertial stamps are `late` s behind those of the fixes.
+fn circles(
+    imu: &str,
+    imu_time: [&str; 2],
+    names: [&str; 6],
+    gps: &str,
+    gps_time: [&str; 2],
+    late: f64,
+) -> Option<Drive> {
     let (imu, gps) = (drivescope_tests::shared(imu)?, drivescope_tests::shared(gps)?);
-    let (imu, gps) = (drivescope_tests::table(&imu), drivescope_tests::table(&gps));
+    let (imu, gps) = (whole_rows(&imu), whole_rows(&gps));
     // Seconds and, in some of the files, nanoseconds; from a common instant.
     let clock = |table: &std::collections::BTreeMap<String, Vec<f64>>, [whole, rest]: [&str; 2]| -> Vec<f64> {
         let parts = table.get(rest).cloned().unwrap_or_else(|| vec![0.0; table[whole].len()]);
@@ -235,7 +252,7 @@ fn circles(imu: &str, imu_time: [&str; 2], names: [&str; 6], gps: &str, gps_time
     for (row, time) in gps_time.iter().enumerate().filter(|(_, t)| t.is_finite()) {
         let (lat, lon) = (gps["latitude"][row].to_radians(), gps["longitude"][row].to_radians());
         let fix = drivescope_drive::signals::Gnss { lat, lon, ..drivescope_drive::signals::Gnss::default() };
-        let _ = drive.gnss.push(time - start, fix);
+        let _ = drive.gnss.push(time - start + late, fix);
     }
     Some(drive)
 }
@@ -249,6 +266,7 @@ fn modes_of_cars_in_circles_agree_with_their_fixes() {
         ["acc_x", "acc_y", "acc_z", "gyro_x", "gyro_y", "gyro_z"],
         &format!("{folder}/circle_data_0_gps.csv"),
         ["t", "none"],
+        0.0,
     );
     let linear = ["linear_acceleration_x", "linear_acceleration_y", "linear_acceleration_z"];
     let angular = ["angular_velocity_x", "angular_velocity_y", "angular_velocity_z"];
@@ -259,13 +277,15 @@ fn modes_of_cars_in_circles_agree_with_their_fixes() {
         [linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]],
         &file,
         ["timestamp_sec_gps", "timestamp_nanosec_gps"],
+        // Yaw rate against course rate: correlation 0.75 as stamped, 0.965 at 4.75 s.
+        4.75,
     );
     for (name, drive) in [("first car", first), ("second car", second)] {
         let Some(drive) = drive else { return };
         println!("{name}: {} inertial, {} fixes, span {:?}", drive.imu.len(), drive.gnss.len(), drive.span());
         // Without the satellites' speed: that is what the modes are held against.
         let series = estimate(&drive, "motion_mode", &json!({"use_speed": false}));
-        let (share, rows) = agreement(&series, |t| {
+        let found = agreement(&series, |t| {
             let (speed, turn) = by_fixes(&drive, t)?;
             Some(if speed < 0.4 {
                 0.0
@@ -275,7 +295,13 @@ fn modes_of_cars_in_circles_agree_with_their_fixes() {
                 1.0
             })
         });
-        println!("{name}: {share:.4} of {rows}");
+        println!("{name}: {found:?}");
+        let [_, _, corners] = found.confusion;
+        let right = corners[2] as f64 / corners.iter().sum::<usize>() as f64;
+        assert!(right >= 0.9, "{name}: {right} of the rows in corners");
+        // The second car stands, starts its engine and stands again: the idling shakes it beyond the threshold learned before,
+        // and satellites do not tell rest. Its rests, and its creeping at walking pace, are not held to the limit.
+        assert!(name == "second car" || found.accuracy_guarded >= 0.95, "{name}: {found:?}");
     }
 }
 
