@@ -2,7 +2,7 @@
 //!
 //! Source: Lee et al. 2010, section 3, made precise by SPEC motion 3 (layout, inverse, filter). Disk to force and angular
 //! acceleration ([`geometry`]), these to rates by seven states and the zero references of the motion mode ([`rates`]), and
-//! rates to the mode ([`crate::motion_mode`]), row by row ([`front`]). The disk's axes, scales and biases come from rests in
+//! rates to the mode ([`crate::motion_mode`]), row by row ([`Front`]). The disk's axes, scales and biases come from rests in
 //! several poses ([`calibration`]). `motion_mode` and `land_ins` read such a log through the same front.
 //! Not modelled: lever arm of the disk's centre; sensors that depend on temperature or on the force itself.
 
