@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { bendCsv, drop, estimated, open, openDrive, staged } from './support.mjs';
+import { bendCsv, drop, estimated, open, openDrive, shows, staged } from './support.mjs';
 
 const stage = staged();
 
@@ -10,7 +10,7 @@ test('a dropped log opens, is estimated, and the page says how it was read', asy
   const { page, context, errors } = await open(stage.browser, stage.url);
   await estimated(page);
   await drop(page, [{ name: 'bend.csv', text: bendCsv() }]);
-  await page.waitForFunction(() => document.querySelector('.drive-chooser option:checked')?.textContent.includes('bend.csv'));
+  await shows(page, 'bend.csv');
   await estimated(page);
   const report = await page.locator('.report').textContent();
   for (const part of ['accel_x', 'gnss_lat', 'inertial', 'No truth in this log']) assert.ok(report.includes(part), part);
@@ -25,7 +25,7 @@ test('a log without a magnetometer or positions says which estimators cannot run
   await estimated(page);
   const rows = Array.from({ length: 500 }, (_, i) => `${(i * 0.02).toFixed(2)},0.1,0.0,-9.81,0,0,0.01,10`);
   await drop(page, [{ name: 'small.csv', text: `t,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z,speed\n${rows.join('\n')}\n` }]);
-  await page.waitForFunction(() => document.querySelector('.drive-chooser option:checked')?.textContent.includes('small.csv'));
+  await shows(page, 'small.csv');
   await page.locator('.report .verdict.worse').first().waitFor();
   assert.match(await page.locator('[data-view="4"] .view-note').textContent(), /cannot run on this log: no .*GNSS/);
   await context.close();
@@ -83,7 +83,7 @@ test('a mapping dropped with its log is used, and one that is not JSON is refuse
   const stream = await (await download).createReadStream();
   const text = (await stream.toArray()).join('');
   await drop(page, [{ name: 'again.csv', text: bendCsv(6) }, { name: 'map.json', text }]);
-  await page.waitForFunction(() => document.querySelector('.drive-chooser option:checked')?.textContent.includes('again.csv'));
+  await shows(page, 'again.csv');
   assert.equal(await page.locator('[role=alert]:visible').count(), 0);
   await context.close();
 });

@@ -51,7 +51,7 @@ async function measurements(page) {
   const download = page.waitForEvent('download');
   await page.getByRole('button', { name: 'Measurements and truth (CSV)' }).click();
   const text = (await (await (await download).createReadStream()).toArray()).join('');
-  const lines = text.trimEnd().split('\n');
+  const lines = text.trimEnd().split('\n').filter((line) => !line.startsWith('#'));
   const keep = lines[0].split(',').findIndex((name) => name.startsWith('truth_'));
   return lines.map((line) => line.split(',').slice(0, keep).join(',')).join('\n');
 }
@@ -74,7 +74,7 @@ async function hour(page, ten) {
       while (!condition()) await new Promise((resolve) => setTimeout(resolve, 2));
       return performance.now() - begin;
     };
-    const opened = await until(() => document.querySelector('.drive-chooser option:checked')?.textContent.includes('hour.csv'));
+    const opened = await until(() => document.querySelector('.drive-chooser')?.textContent.includes('hour.csv'));
     const done = await until(() => document.querySelector('.status').dataset.state === 'idle');
     return { megabytes: file.size / 1e6, opened, done };
   }, ten);

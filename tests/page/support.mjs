@@ -128,5 +128,16 @@ export function bendCsv(seconds = 20) {
 
 /** The name of the drive that is open, as the page shows it. */
 export function openDrive(page) {
-  return page.locator('.drive-chooser option:checked').textContent();
+  return page.locator('.drive-chooser').textContent();
+}
+
+/** Wait until the drive of this name is the open one. */
+export function shows(page, name) {
+  return page.waitForFunction((part) => document.querySelector('.drive-chooser')?.textContent.includes(part), name);
+}
+
+/** Choose a built-in drive by its name on the command line. */
+export async function choose(page, name) {
+  await page.locator('.drive-chooser').click();
+  await page.locator(`.drive-card[data-name="${name}"]`).click();
 }

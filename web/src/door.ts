@@ -201,7 +201,9 @@ export interface Comparison {
 /** The session as the worker sees it. */
 export interface Door {
   catalogue(): Catalogue;
-  begin_simulation(name: string, seed: number | undefined): void;
+  sketch(name: string): Float64Array;
+  description(name: string): string;
+  begin_simulation(name: string, seed: number | undefined, composed: string | undefined): void;
   begin_files(files: File[], mapping: string | undefined): void;
   open_some(budgetMs: number): Progress;
   cancel_open(): void;

@@ -5,23 +5,34 @@ import { t } from './messages';
 import type { Session } from './session';
 import type { Store } from './state';
 
-/** Open what was dropped: one JSON file is the mapping of the others. */
-export async function openFiles(store: Store, session: Session, files: File[]): Promise<boolean> {
+/** Whether a JSON text describes a drive to simulate rather than a mapping. */
+function isDrive(text: string): boolean {
+  const value: unknown = JSON.parse(text);
+  return typeof value === 'object' && value !== null && 'segments' in value;
+}
+
+/** Open what was dropped: a JSON file alone is a drive, beside a log it is its mapping. True for an open log. */
+export async function openFiles(store: Store, session: Session, files: File[], first: number): Promise<boolean> {
   if (files.length === 0) return false;
   const mappings = files.filter((f) => /\.json$/i.test(f.name));
   const logs = files.filter((f) => !mappings.includes(f));
   const [mappingFile] = mappings;
-  if (logs.length === 0 && mappingFile) {
-    store.error.value = t.errors.mappingAlone(mappingFile.name);
-    return false;
-  }
   let mapping: string | null = null;
   if (mappingFile) {
     try {
       mapping = await mappingFile.text();
-      JSON.parse(mapping);
+      if (isDrive(mapping) && logs.length === 0) {
+        const { name } = mappingFile;
+        const isOpen = await session.open({ kind: 'simulation', name, seed: null, first, composed: mapping }, name);
+        if (isOpen) void session.runAll();
+        return false;
+      }
     } catch (reason) {
       store.error.value = t.errors.mappingJson(mappingFile.name, reason instanceof Error ? reason.message : String(reason));
+      return false;
+    }
+    if (logs.length === 0) {
+      store.error.value = t.errors.mappingAlone(mappingFile.name);
       return false;
     }
   }

@@ -5,6 +5,7 @@ import type { Store } from './state';
 export interface KeyActions {
   togglePlay(): void;
   openDialog(): void;
+  chooseDrive(): void;
   showHelp(): void;
   focusView(key: string): void;
   focusParams(): void;
@@ -60,6 +61,7 @@ export function listenToKeys(store: Store, actions: KeyActions): void {
     '3': () => actions.focusView('3'),
     '4': () => actions.focusView('4'),
     p: () => actions.focusParams(),
+    d: () => actions.chooseDrive(),
     o: () => actions.openDialog(),
     '?': () => actions.showHelp(),
     Escape: () => {

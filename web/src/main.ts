@@ -5,6 +5,7 @@ import './style/layout.css';
 import './style/plots.css';
 import './style/panel.css';
 import './style/score.css';
+import './style/drives.css';
 import { h, iconButton, save } from './dom';
 import { dropTarget, openFiles } from './files';
 import { listenToKeys } from './keys';
@@ -18,14 +19,17 @@ import { Session } from './session';
 import { Store } from './state';
 import { fromHash, History, type Tuning } from './tuning';
 import { attitudeView } from './views/attitude';
+import { DriveDialog } from './views/drives';
 import { followAddress, header, helpDialog } from './views/header';
 import { modeView } from './views/mode';
 import { slopeView } from './views/slope';
 import { TrajectoryView } from './views/trajectory';
 import { Transport } from './views/transport';
 
-/** Seconds of the first drive that are simulated before they are estimated and shown; the rest follows. */
+/** Seconds of a long drive that are simulated before they are estimated and shown; the rest follows. */
 const FIRST_LOOK = 120;
+/** A drive that lasts at most this long, s, is simulated at once. */
+const SHORT_DRIVE = 300;
 
 const store = new Store();
 const worker = new Worker(new URL('./worker/worker.ts', import.meta.url), { type: 'module' });
@@ -41,16 +45,17 @@ const transport = new Transport(store, session);
 const tune = new TunePanel(store, session, history);
 const report = new ReportPanel(store);
 const help = helpDialog(store);
+const drives = new DriveDialog(store, session, (name, seed) => void openBuiltIn(name, seed));
 const side = sidePanel();
 
 async function openBuiltIn(name: string, seed: number | null = null): Promise<void> {
-  const title = store.catalogue.value?.drives.find((d) => d.name === name)?.title ?? name;
-  const first = store.report.value ? null : FIRST_LOOK;
-  if (await session.open({ kind: 'simulation', name, seed, first }, title)) void session.runAll();
+  const drive = store.catalogue.value?.drives.find((d) => d.name === name);
+  const first = drive && drive.duration <= SHORT_DRIVE ? null : FIRST_LOOK;
+  if (await session.open({ kind: 'simulation', name, seed, first, composed: null }, drive?.title ?? name)) void session.runAll();
 }
 
 async function openDropped(files: File[]): Promise<void> {
-  if (await openFiles(store, session, files)) side.showReport(true);
+  if (await openFiles(store, session, files, FIRST_LOOK)) side.showReport(true);
 }
 
 function savePictures(): void {
@@ -75,11 +80,10 @@ function sidePanel(): { element: HTMLElement; showReport(isShown: boolean): void
 
 const bar = header(store, session, {
   openFiles: (files) => void openDropped(files),
-  openBuiltIn: (name) => void openBuiltIn(name),
   savePictures,
   showHelp: () => help.showModal(),
   showReport: () => side.toggleReport(),
-}, statusLine(store, session));
+}, drives.button, statusLine(store, session));
 
 document.querySelector('#app')?.replaceWith(
   h(
@@ -91,12 +95,14 @@ document.querySelector('#app')?.replaceWith(
     transport.element,
     dropTarget((files) => void openDropped(files)),
     help,
+    drives.element,
   ),
 );
 
 listenToKeys(store, {
   togglePlay: () => transport.toggle(),
   openDialog: bar.openDialog,
+  chooseDrive: () => drives.show(),
   showHelp: () => (help.open ? help.close() : help.showModal()),
   focusView: (key) => {
     const view = document.querySelector<HTMLElement>(`[data-view="${key}"]`);

@@ -52,7 +52,8 @@ export class Session {
     try {
       const report = await pending.answer;
       for (const runner of this.#runners.values()) runner.tuned = null;
-      store.builtIn.value = request.kind === 'simulation' ? { name: request.name, seed: request.seed } : null;
+      const isBuiltIn = request.kind === 'simulation' && request.composed === null;
+      store.builtIn.value = isBuiltIn ? { name: request.name, seed: request.seed } : null;
       store.openDrive(report);
       if (report.is_partial && request.kind === 'simulation') {
         const whole = { ...request, first: null };

@@ -78,14 +78,17 @@ export class Store {
     run.value = { ...run.value, ...patch };
   }
 
-  /** A new drive is open: its whole length is shown and nothing has been estimated. */
+  /** A new drive is open: its whole length is shown and nothing has been estimated. The rest of a drive moves nothing. */
   openDrive(report: DriveReport): void {
     const span = { t0: report.start, t1: Math.max(report.end, report.start + SHORTEST) };
-    this.isPlaying.value = false;
+    const isRest = this.report.value?.is_partial === true && report.is_partial !== true && this.report.value.name === report.name && report.kind === 'simulated';
+    const [window, cursor] = [this.window.value, this.cursor.value];
+    const isZoomed = window.t1 - window.t0 < this.span.value.t1 - this.span.value.t0;
+    if (!isRest) this.isPlaying.value = false;
     for (const run of this.#runs.values()) run.value = NO_RUN;
     this.span.value = span;
-    this.window.value = span;
-    this.cursor.value = span.t0;
+    this.window.value = isRest && isZoomed ? window : span;
+    this.cursor.value = isRest ? cursor : span.t0;
     this.report.value = report;
   }
 

@@ -41,7 +41,7 @@ beforeEach(async () => {
   store = new Store();
   session = new Session(store, worker as unknown as Worker);
   store.catalogue.value = { version: '', estimators: [ESTIMATOR], drives: [], vehicles: [] };
-  const opened = session.open({ kind: 'simulation', name: 'a', seed: null, first: null }, 'a');
+  const opened = session.open({ kind: 'simulation', name: 'a', seed: null, first: null, composed: null }, 'a');
   await worker.give({ id: 1, ok: true, value: REPORT });
   expect(await opened).toBe(true);
 });
@@ -105,7 +105,7 @@ test('a drive that cannot be opened leaves the open one and says why', async () 
 test('a result of the drive before does not end up in the new one', async () => {
   void session.runAll();
   const run = worker.asked('run')[0]?.id ?? 0;
-  const opened = session.open({ kind: 'simulation', name: 'b', seed: null, first: null }, 'b');
+  const opened = session.open({ kind: 'simulation', name: 'b', seed: null, first: null, composed: null }, 'b');
   await worker.give({ id: worker.asked('open')[1]?.id ?? 0, ok: true, value: { ...REPORT, name: 'b' } });
   await opened;
   await worker.give({ id: run, ok: true, value: { current: { seconds: 1 }, previous: null, change: null } });

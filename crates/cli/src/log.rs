@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use drivescope_drive::drive::Drive;
-use drivescope_import::{CsvReader, Mapping, OpenReport, open_table};
+use drivescope_import::{CsvReader, Mapping, OpenReport, Table, open_table, raw_gnss};
 use serde_json::Value;
 
 /// Bytes read at a time.
@@ -22,6 +22,9 @@ pub struct LogArgs {
     /// Format of standard input.
     #[arg(long, value_name = "FORMAT", value_parser = ["csv"])]
     format: Option<String>,
+    /// Raw satellite ranges that belong to the log, as CSV: t, prn, sat_x/y/z, sat_vx/vy/vz, pr, prr.
+    #[arg(long, value_name = "FILE")]
+    gnss_raw: Option<PathBuf>,
 }
 
 /// A log that has been opened.
@@ -45,27 +48,39 @@ impl LogArgs {
             None => None,
         };
         let name = self.log.file_name().map_or_else(|| "-".into(), |n| n.to_string_lossy().into_owned());
-        let failed = |e: std::io::Error| format!("{}: could not be read: {e}", self.log.display());
-        let mut source: Box<dyn Read> = if self.log.as_os_str() == "-" {
+        let failed = |e: std::io::Error| unreadable(&self.log, &e);
+        let log = if self.log.as_os_str() == "-" {
             if self.format.is_none() {
                 return Err("standard input has no name to tell its format; give --format csv".into());
             }
-            Box::new(std::io::stdin().lock())
+            table(&mut std::io::stdin().lock(), &name)
         } else {
-            Box::new(File::open(&self.log).map_err(failed)?)
+            table(&mut File::open(&self.log).map_err(failed)?, &name)
         };
-        let mut reader = CsvReader::new(&name);
-        let mut slice = vec![0; SLICE];
-        loop {
-            let length = source.read(&mut slice).map_err(failed)?;
-            if length == 0 {
-                break;
-            }
-            reader.feed(&slice[..length]).map_err(|e| e.to_string())?;
+        let (mut drive, report) = open_table(log?, mapping.as_ref()).map_err(|e| e.to_string())?;
+        if let Some(path) = &self.gnss_raw {
+            let mut file = File::open(path).map_err(|e| unreadable(path, &e))?;
+            let table = table(&mut file, &path.display().to_string())?;
+            drive.raw_gnss = raw_gnss(&table, report.mapping.time.offset).map_err(|e| e.to_string())?;
         }
-        let table = reader.finish().map_err(|e| e.to_string())?;
-        let (drive, report) = open_table(table, mapping.as_ref()).map_err(|e| e.to_string())?;
         Ok(Opened { drive, report })
+    }
+}
+
+fn unreadable(path: &Path, error: &std::io::Error) -> String {
+    format!("{}: could not be read: {error}", path.display())
+}
+
+/// Read CSV slice by slice.
+fn table(source: &mut dyn Read, name: &str) -> Result<Table, String> {
+    let mut reader = CsvReader::new(name);
+    let mut slice = vec![0; SLICE];
+    loop {
+        let length = source.read(&mut slice).map_err(|e| unreadable(Path::new(name), &e))?;
+        if length == 0 {
+            return reader.finish().map_err(|e| e.to_string());
+        }
+        reader.feed(&slice[..length]).map_err(|e| e.to_string())?;
     }
 }
 

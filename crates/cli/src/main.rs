@@ -66,9 +66,15 @@ enum Command {
         /// Seed of all random numbers; the drive's own without it.
         #[arg(long)]
         seed: Option<u64>,
+        /// One value of the drive's JSON, `path=value`; may be given again.
+        #[arg(long = "set", value_name = "PATH=VALUE")]
+        set: Vec<String>,
         /// Where the log goes, as CSV.
         #[arg(long, value_name = "LOG.csv")]
         out: PathBuf,
+        /// Where the ranges of single satellites go, as CSV, for drives that have them.
+        #[arg(long, value_name = "FILE")]
+        gnss_raw: Option<PathBuf>,
     },
     /// Try what the papers claim, on drives simulated here, and print the numbers and the verdicts.
     Papers {
@@ -113,8 +119,10 @@ fn main() -> ExitCode {
         Command::Run { log, estimator, params, set, vehicle, out, metrics } => {
             run(&log, &estimator, params.as_deref(), &set, vehicle.as_deref(), &out, metrics.as_deref())
         }
-        Command::Simulate { drive, seed, out } => simulate(&drive, seed, &out),
         Command::Papers { id, json } => papers::papers(id.as_deref(), json).and_then(|text| output::print(&text)),
+        Command::Simulate { drive, seed, set, out, gnss_raw } => {
+            simulate(&drive, seed, &set, &out, gnss_raw.as_deref())
+        }
         Command::Bench { quick, .. } => {
             let begin = std::time::Instant::now();
             let report = drivescope_bench::bench_json(|| begin.elapsed().as_secs_f64(), quick);
@@ -190,17 +198,32 @@ fn parameters(file: Option<&std::path::Path>, set: &[String]) -> Result<Value, S
     Ok(Value::Object(values))
 }
 
-fn simulate(drive: &str, seed: Option<u64>, out: &std::path::Path) -> Result<(), Sentence> {
-    let spec = match drivescope_simulation::named(drive) {
-        Some(spec) => spec,
-        None if drive.ends_with(".json") => {
-            let text = std::fs::read_to_string(drive).map_err(|e| format!("{drive}: {e}"))?;
-            drivescope_simulation::DriveSpec::from_json(&text).map_err(|e| format!("{drive}: {e}"))?
-        }
+fn simulate(
+    drive: &str,
+    seed: Option<u64>,
+    set: &[String],
+    out: &std::path::Path,
+    gnss_raw: Option<&std::path::Path>,
+) -> Result<(), Sentence> {
+    let built_in = drivescope_simulation::drives().iter().find(|d| d.name == drive);
+    let text = match built_in {
+        Some(built_in) => built_in.json().to_owned(),
+        None if drive.ends_with(".json") => std::fs::read_to_string(drive).map_err(|e| format!("{drive}: {e}"))?,
         None => {
             return Err(format!("there is no built-in drive `{drive}` (see `list drives`), and it is not a JSON file"));
         }
     };
+    let spec = drivescope_simulation::DriveSpec::from_json_with(&text, set).map_err(|e| format!("{drive}: {e}"))?;
+    if gnss_raw.is_some() && !spec.has_satellites() {
+        return Err(format!(
+            "--gnss-raw: the receiver of `{}` gives fixes only; its drive needs `satellites`",
+            spec.name
+        ));
+    }
     let drive = drivescope_simulation::simulate(&spec, seed).map_err(|e| e.to_string())?;
-    output::write(out, |file| drivescope_drive::csv::write_drive(&drive, file))
+    output::write(out, |file| drivescope_drive::csv::write_drive(&drive, file))?;
+    match gnss_raw {
+        Some(path) => output::write(path, |file| drivescope_drive::csv::write_raw_gnss(&drive.raw_gnss, file)),
+        None => Ok(()),
+    }
 }

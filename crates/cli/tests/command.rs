@@ -115,6 +115,40 @@ fn a_simulated_drive_is_written_and_opens_again() {
 }
 
 #[test]
+fn raw_ranges_are_written_and_read_beside_the_log_and_refused_where_there_are_none() {
+    let folder = Folder::new("raw");
+    let (out, raw) = (folder.path("log.csv"), folder.path("raw.csv"));
+    let run = drivescope(&["simulate", "table1", "--out", &out, "--gnss-raw", &raw]);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let text = fs::read_to_string(&raw).unwrap();
+    assert!(text.starts_with("t,prn,sat_x,sat_y,sat_z,sat_vx,sat_vy,sat_vz,pr,prr\n0,"), "{}", &text[..80]);
+    let info = drivescope(&["info", &out, "--gnss-raw", &raw]);
+    assert!(String::from_utf8_lossy(&info.stdout).contains("raw gnss: 14"), "an instant a second for 140 s");
+    let cut = folder.file("cut.csv", text.replace("sat_z", "z"));
+    let refused = drivescope(&["info", &out, "--gnss-raw", &cut]);
+    assert!(refused.status.code() == Some(2) && String::from_utf8_lossy(&refused.stderr).contains("`sat_z`"));
+    let none = drivescope(&["simulate", "j_turn", "--out", &out, "--gnss-raw", &raw]);
+    assert!(none.status.code() == Some(2) && String::from_utf8_lossy(&none.stderr).contains("`satellites`"));
+}
+
+#[test]
+fn values_of_a_drive_are_set_from_the_command_line_or_refused_in_one_sentence() {
+    let folder = Folder::new("set");
+    let out = folder.path("log.csv");
+    let simulate =
+        |change: &str| drivescope(&["simulate", "u_drive", "--set", "duration=10", "--set", change, "--out", &out]);
+    assert!(simulate("sensors=ideal").status.success());
+    let ideal = fs::read_to_string(&out).unwrap();
+    assert!(ideal.lines().last().unwrap().starts_with("10,"), "{:?}", ideal.lines().last());
+    assert!(simulate("sensors=phone").status.success());
+    assert_ne!(fs::read_to_string(&out).unwrap(), ideal);
+    let refused = simulate("sensors=tape");
+    let sentence = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!((refused.status.code(), sentence.lines().count()), (Some(2), 1), "{sentence}");
+    assert!(sentence.contains("u_drive: `sensors` = \"tape\" is not known; there are automotive"), "{sentence}");
+}
+
+#[test]
 fn lists_name_everything_there_is() {
     for (what, part) in [
         ("estimators", "gnss_ins"),

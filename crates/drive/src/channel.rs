@@ -188,15 +188,23 @@ impl Series {
 }
 
 /// Samples of one record type, column by column, on the drive's clock.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Channel<R: Record> {
     series: Series,
-    row: PhantomData<R>,
+    /// Where a sample becomes a row, so that no row is made anew.
+    row: Vec<f64>,
+    record: PhantomData<R>,
 }
 
 impl<R: Record> Default for Channel<R> {
     fn default() -> Self {
-        Self { series: Series::new(R::COLUMNS), row: PhantomData }
+        Self::over(Series::new(R::COLUMNS))
+    }
+}
+
+impl<R: Record> PartialEq for Channel<R> {
+    fn eq(&self, other: &Self) -> bool {
+        self.series == other.series
     }
 }
 
@@ -209,27 +217,19 @@ impl<R: Record> Channel<R> {
     /// # Panics
     /// When the number or the length of the columns does not fit.
     pub fn from_columns(time: Vec<f64>, columns: Vec<Vec<f64>>) -> Result<Self, OutOfOrder> {
-        Ok(Self { series: Series::from_columns(R::COLUMNS, time, columns)?, row: PhantomData })
+        Ok(Self::over(Series::from_columns(R::COLUMNS, time, columns)?))
+    }
+    fn over(series: Series) -> Self {
+        const { assert!(R::COLUMNS.len() <= MAX_COLUMNS) };
+        Self { series, row: vec![f64::NAN; R::COLUMNS.len()], record: PhantomData }
     }
     /// Append a sample.
     ///
     /// # Errors
     /// [`OutOfOrder`] when `time` is not finite or not after the last sample's; the channel is unchanged.
     pub fn push(&mut self, time: f64, sample: R) -> Result<(), OutOfOrder> {
-        const { assert!(R::COLUMNS.len() <= MAX_COLUMNS) };
-        // A short record does not pay for the longest one's row.
-        match R::COLUMNS.len() {
-            0..=16 => self.push_through::<16>(time, sample),
-            17..=48 => self.push_through::<48>(time, sample),
-            _ => self.push_through::<MAX_COLUMNS>(time, sample),
-        }
-    }
-
-    fn push_through<const ROOM: usize>(&mut self, time: f64, sample: R) -> Result<(), OutOfOrder> {
-        let mut row = [0.0; ROOM];
-        let row = &mut row[..R::COLUMNS.len()];
-        sample.write(row);
-        self.series.push(time, row)
+        sample.write(&mut self.row);
+        self.series.push(time, &self.row)
     }
     /// Make room for `samples` more samples.
     pub fn reserve(&mut self, samples: usize) {
@@ -288,12 +288,18 @@ macro_rules! record {
             fn default() -> Self { Self { $( $field: f64::NAN, )+ } }
         }
         impl $crate::channel::Record for $name {
-            const COLUMNS: &'static [$crate::channel::Column] = &[ $(
-                $crate::channel::Column::new(stringify!($field), $unit, concat!($($doc),+)) $( .$key($val) )*
-            ),+ ];
+            const COLUMNS: &'static [$crate::channel::Column] = {
+                // One copy in the program, where a constant would be copied to every crate that names it.
+                static TABLE: [$crate::channel::Column; [ $( stringify!($field) ),+ ].len()] = [ $(
+                    $crate::channel::Column::new(stringify!($field), $unit, concat!($($doc),+)) $( .$key($val) )*
+                ),+ ];
+                &TABLE
+            };
             fn write(&self, row: &mut [f64]) {
-                let fields = [ $( self.$field ),+ ];
-                row[..fields.len()].copy_from_slice(&fields);
+                let mut next = 0;
+                let row = &mut row[..[ $( stringify!($field) ),+ ].len()];
+                $( row[next] = self.$field; next += 1; )+
+                let _ = next;
             }
             fn read(mut cell: impl FnMut(usize) -> f64) -> Self {
                 let mut next = 0;

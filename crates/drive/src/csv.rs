@@ -4,6 +4,13 @@ use std::io::{self, Write};
 
 use crate::channel::Series;
 use crate::drive::Drive;
+use crate::param::Params;
+use crate::satellites::{RAW_COLUMNS, RawGnss};
+
+/// Name of the comment `# rear_axle_x = -1.45` at the head of a written drive: m ahead of the inertial sensor.
+pub const REAR_AXLE: &str = "rear_axle_x";
+/// Name of the comment `# vehicle = {..}`: parameters of the car as JSON.
+pub const VEHICLE: &str = "vehicle";
 
 /// Unit of a canonical column in a file: SI, but degrees for latitude and longitude.
 pub fn file_unit(name: &str, unit: &'static str) -> &'static str {
@@ -43,7 +50,8 @@ pub fn write_series(series: &Series, out: &mut impl Write) -> io::Result<()> {
 }
 
 /// Write a drive: one row per instant, canonical names, truth columns with their prefix; a column without any value is
-/// left out and a sensor without a sample in a row has empty cells.
+/// left out and a sensor without a sample in a row has empty cells. What the drive says of its car goes before as
+/// comments, [`REAR_AXLE`] and [`VEHICLE`]; raw ranges are a table of their own, [`write_raw_gnss`].
 ///
 /// # Errors
 /// Those of the writer.
@@ -57,6 +65,12 @@ pub fn write_drive(drive: &Drive, out: &mut impl Write) -> io::Result<()> {
         if !columns.is_empty() {
             parts.push((series, columns));
         }
+    }
+    if let Some(x) = drive.rear_axle {
+        writeln!(out, "# {REAR_AXLE} = {x}")?;
+    }
+    if let Some(vehicle) = &drive.vehicle {
+        writeln!(out, "# {VEHICLE} = {}", vehicle.to_json())?;
     }
     write!(out, "t")?;
     for (_, columns) in &parts {
@@ -83,6 +97,24 @@ pub fn write_drive(drive: &Drive, out: &mut impl Write) -> io::Result<()> {
         }
         writeln!(out)?;
     }
+}
+
+/// Write raw ranges: one row per satellite and instant, as `t`, then [`RAW_COLUMNS`].
+///
+/// # Errors
+/// Those of the writer.
+pub fn write_raw_gnss(raw: &RawGnss, out: &mut impl Write) -> io::Result<()> {
+    writeln!(out, "t,{}", RAW_COLUMNS.join(","))?;
+    for (time, satellites) in raw.iter() {
+        for satellite in satellites {
+            write!(out, "{time}")?;
+            for value in satellite.cells() {
+                cell(out, value)?;
+            }
+            writeln!(out)?;
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

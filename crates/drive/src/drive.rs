@@ -3,6 +3,7 @@
 use crate::channel::{Channel, Record, Series};
 use crate::disk::Disk;
 use crate::geodesy::Geodetic;
+use crate::satellites::{RAW_COLUMNS, RawGnss, Satellite};
 use crate::signals::{AccelArray, Baro, Gnss, Imu, Mag, Range, Steering, Wheels};
 use crate::vehicle::VehicleParams;
 
@@ -21,6 +22,8 @@ pub struct Drive {
     pub steering: Channel<Steering>,
     /// Satellite fixes.
     pub gnss: Channel<Gnss>,
+    /// Ranges of single satellites; empty where the receiver gives fixes only.
+    pub raw_gnss: RawGnss,
     /// Barometer.
     pub baro: Channel<Baro>,
     /// Six-accelerometer disk.
@@ -37,9 +40,9 @@ pub struct Drive {
     pub disk: Option<Disk>,
 }
 
-/// Everything measured at one instant.
+/// Everything measured at one instant; ranges of single satellites stay in the drive and are lent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Epoch {
+pub struct Epoch<'a> {
     /// Time, s.
     pub time: f64,
     /// Inertial sensor.
@@ -58,60 +61,98 @@ pub struct Epoch {
     pub accel_array: Option<AccelArray>,
     /// Ultrasonic ring.
     pub range: Option<Range>,
+    /// Ranges of the satellites then in view, at least one.
+    pub raw_gnss: Option<&'a [Satellite]>,
 }
+
+/// Number of channels that are merged.
+const CHANNELS: usize = 9;
 
 /// Where a pass over the epochs stands. Holds no borrow, so that a pass can stop and go on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EpochCursor {
-    next: [usize; 8],
-    passed: usize,
+    next: [usize; CHANNELS],
 }
 
-impl EpochCursor {
-    /// The next epoch of `drive`; `None` at its end. Channels that share an instant share the epoch.
-    pub fn next(&mut self, drive: &Drive) -> Option<Epoch> {
-        fn due<R: Record>(channel: &Channel<R>, next: usize) -> f64 {
-            channel.time().get(next).copied().unwrap_or(f64::INFINITY)
-        }
-        fn take<R: Record>(channel: &Channel<R>, next: &mut usize, time: f64) -> Option<R> {
-            if due(channel, *next) != time {
-                return None;
+/// Epochs of a drive in time order, from where a cursor stands; one epoch is filled over and over.
+#[derive(Debug)]
+pub struct Pass<'a, 'c> {
+    drive: &'a Drive,
+    cursor: &'c mut EpochCursor,
+    /// Time of each channel's next sample, s; infinite at its end.
+    due: [f64; CHANNELS],
+    epoch: Epoch<'a>,
+}
+
+fn due(times: &[f64], next: usize) -> f64 {
+    times.get(next).copied().unwrap_or(f64::INFINITY)
+}
+
+/// Put the sample that is due at `time` into its place, or empty the place.
+#[inline(always)]
+fn fill<R: Record>(channel: &Channel<R>, time: f64, next: &mut usize, due_time: &mut f64, place: &mut Option<R>) {
+    if *due_time == time {
+        *place = Some(channel.at(*next).1);
+        *next += 1;
+        *due_time = due(channel.time(), *next);
+    } else if place.is_some() {
+        *place = None;
+    }
+}
+
+impl<'a> Pass<'a, '_> {
+    /// The next epoch; `None` at the drive's end. Channels that share an instant share the epoch.
+    #[expect(clippy::should_implement_trait, reason = "the epoch is lent, which an iterator cannot do")]
+    #[inline]
+    pub fn next(&mut self) -> Option<&Epoch<'a>> {
+        let mut time = f64::INFINITY;
+        for &due in &self.due {
+            // No time is NaN; `f64::min` would look.
+            if due < time {
+                time = due;
             }
-            *next += 1;
-            Some(channel.at(*next - 1).1)
         }
-        let n = &mut self.next;
-        let time = due(&drive.imu, n[0])
-            .min(due(&drive.mag, n[1]))
-            .min(due(&drive.wheels, n[2]))
-            .min(due(&drive.steering, n[3]))
-            .min(due(&drive.gnss, n[4]))
-            .min(due(&drive.baro, n[5]))
-            .min(due(&drive.accel_array, n[6]))
-            .min(due(&drive.range, n[7]));
         if time == f64::INFINITY {
             return None;
         }
-        let before: usize = n.iter().sum();
-        let epoch = Epoch {
-            time,
-            imu: take(&drive.imu, &mut n[0], time),
-            mag: take(&drive.mag, &mut n[1], time),
-            wheels: take(&drive.wheels, &mut n[2], time),
-            steering: take(&drive.steering, &mut n[3], time),
-            gnss: take(&drive.gnss, &mut n[4], time),
-            baro: take(&drive.baro, &mut n[5], time),
-            accel_array: take(&drive.accel_array, &mut n[6], time),
-            range: take(&drive.range, &mut n[7], time),
-        };
-        self.passed += n.iter().sum::<usize>() - before;
+        let (drive, n, due, epoch) = (self.drive, &mut self.cursor.next, &mut self.due, &mut self.epoch);
+        epoch.time = time;
+        fill(&drive.imu, time, &mut n[0], &mut due[0], &mut epoch.imu);
+        fill(&drive.mag, time, &mut n[1], &mut due[1], &mut epoch.mag);
+        fill(&drive.wheels, time, &mut n[2], &mut due[2], &mut epoch.wheels);
+        fill(&drive.steering, time, &mut n[3], &mut due[3], &mut epoch.steering);
+        fill(&drive.gnss, time, &mut n[4], &mut due[4], &mut epoch.gnss);
+        fill(&drive.baro, time, &mut n[5], &mut due[5], &mut epoch.baro);
+        fill(&drive.accel_array, time, &mut n[6], &mut due[6], &mut epoch.accel_array);
+        fill(&drive.range, time, &mut n[7], &mut due[7], &mut epoch.range);
+        epoch.raw_gnss = None;
+        if due[8] == time {
+            epoch.raw_gnss = Some(drive.raw_gnss.at(n[8]).1);
+            n[8] += 1;
+            due[8] = self::due(drive.raw_gnss.time(), n[8]);
+        }
         Some(epoch)
+    }
+}
+
+impl EpochCursor {
+    /// The epochs of `drive` from here on; the cursor moves with them.
+    pub fn pass<'a, 'c>(&'c mut self, drive: &'a Drive) -> Pass<'a, 'c> {
+        let [imu, mag, wheels, steering, gnss, baro, accel_array, range] = drive.channels().map(Series::time);
+        let times = [imu, mag, wheels, steering, gnss, baro, accel_array, range, drive.raw_gnss.time()];
+        let due = std::array::from_fn(|i| due(times[i], self.next[i]));
+        Pass { drive, cursor: self, due, epoch: Epoch::default() }
+    }
+
+    /// The next epoch of `drive`; `None` at its end. A [`pass`](Self::pass) is cheaper where there are many.
+    pub fn next<'a>(&mut self, drive: &'a Drive) -> Option<Epoch<'a>> {
+        self.pass(drive).next().copied()
     }
 
     /// Share of the drive's samples already passed, 0 to 1.
     pub fn fraction(&self, drive: &Drive) -> f64 {
         let total = drive.sample_count();
-        if total == 0 { 1.0 } else { self.passed as f64 / total as f64 }
+        if total == 0 { 1.0 } else { self.next.iter().sum::<usize>() as f64 / total as f64 }
     }
 }
 
@@ -151,6 +192,8 @@ pub enum Signal {
     AccelArray,
     /// Three accelerometers and three gyros, or the six-accelerometer disk.
     SixAxes,
+    /// Ranges of single satellites.
+    RawGnss,
 }
 
 impl Signal {
@@ -173,6 +216,7 @@ impl Signal {
             Self::BaroAltitude => "barometric altitude",
             Self::AccelArray => "six-accelerometer disk",
             Self::SixAxes => "three accelerometers and three gyros (or the six-accelerometer disk)",
+            Self::RawGnss => "raw GNSS ranges",
         }
     }
 }
@@ -224,19 +268,22 @@ impl Drive {
     pub fn channel_summaries(&self) -> Vec<ChannelSummary> {
         const NAMES: [&str; 8] =
             ["inertial", "magnetometer", "wheels", "steering", "gnss", "barometer", "accelerometer disk", "range"];
-        (NAMES.iter().zip(self.channels()).filter(|(_, c)| !c.is_empty()))
-            .map(|(name, c)| {
-                let time = c.time();
-                let columns = c.schema().iter().map(|c| c.name).filter(|n| c.has(n)).collect();
-                let rate = (time.len() - 1) as f64 / (time[time.len() - 1] - time[0]);
-                ChannelSummary { name, rows: time.len(), rate: if rate.is_finite() { rate } else { 0.0 }, columns }
-            })
-            .collect()
+        fn summary(name: &'static str, time: &[f64], columns: Vec<&'static str>) -> ChannelSummary {
+            let rate = (time.len() - 1) as f64 / (time[time.len() - 1] - time[0]);
+            ChannelSummary { name, rows: time.len(), rate: if rate.is_finite() { rate } else { 0.0 }, columns }
+        }
+        let mut all: Vec<ChannelSummary> = (NAMES.iter().zip(self.channels()).filter(|(_, c)| !c.is_empty()))
+            .map(|(name, c)| summary(name, c.time(), c.schema().iter().map(|c| c.name).filter(|n| c.has(n)).collect()))
+            .collect();
+        if !self.raw_gnss.is_empty() {
+            all.push(summary("raw gnss", self.raw_gnss.time(), RAW_COLUMNS.to_vec()));
+        }
+        all
     }
 
     /// Number of samples over all channels.
     pub fn sample_count(&self) -> usize {
-        self.channels().iter().map(|c| c.len()).sum()
+        self.channels().iter().map(|c| c.len()).sum::<usize>() + self.raw_gnss.len()
     }
 
     /// First and last instant of any channel, s; `None` for an empty drive.
@@ -245,7 +292,9 @@ impl Drive {
             .channels()
             .into_iter()
             .chain([&self.truth])
-            .filter_map(|c| Some((*c.time().first()?, *c.time().last()?)));
+            .map(Series::time)
+            .chain([self.raw_gnss.time()])
+            .filter_map(|time| Some((*time.first()?, *time.last()?)));
         ends.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
     }
 
@@ -255,7 +304,7 @@ impl Drive {
     }
 
     /// Everything measured, in time order.
-    pub fn epochs(&self) -> impl Iterator<Item = Epoch> + '_ {
+    pub fn epochs(&self) -> impl Iterator<Item = Epoch<'_>> {
         let mut cursor = EpochCursor::default();
         std::iter::from_fn(move || cursor.next(self))
     }
@@ -285,6 +334,7 @@ impl Drive {
                 ["accel_x", "accel_y", "accel_z", "gyro_x", "gyro_y", "gyro_z"].into_iter().all(has)
                     || self.has(Signal::AccelArray)
             }
+            Signal::RawGnss => !self.raw_gnss.is_empty(),
         }
     }
 
@@ -344,11 +394,28 @@ mod tests {
 
     #[test]
     fn epochs_come_in_time_order_and_share_an_instant() {
-        let epochs: Vec<Epoch> = drive().epochs().collect();
+        let d = drive();
+        let epochs: Vec<Epoch> = d.epochs().collect();
         assert_eq!(epochs.len(), 100, "50 inertial instants, ten of them with wheels, and 50 magnetic ones");
         assert!(epochs.is_sorted_by(|a, b| a.time < b.time));
         assert!(epochs[0].imu.is_some() && epochs[0].wheels.is_some() && epochs[0].mag.is_none());
         assert!(epochs[1].mag.is_some() && epochs[1].imu.is_none());
+    }
+
+    #[test]
+    fn raw_ranges_join_the_instant_they_belong_to_or_make_one() {
+        let mut d = drive();
+        let view = [Satellite { prn: 4, ..Satellite::default() }; 5];
+        d.raw_gnss.push(0.02, &view).unwrap();
+        d.raw_gnss.push(0.0217, &view[..2]).unwrap();
+        let epochs: Vec<Epoch> = d.epochs().collect();
+        assert_eq!(epochs.len(), 101);
+        let with: Vec<_> = epochs.iter().filter_map(|e| Some((e.time, e.imu.is_some(), e.raw_gnss?.len()))).collect();
+        assert_eq!(with, [(0.02, true, 5), (0.0217, false, 2)]);
+        let mut cursor = EpochCursor::default();
+        while cursor.next(&d).is_some() {}
+        assert_eq!(cursor.fraction(&d), 1.0);
+        assert!(d.has(Signal::RawGnss));
     }
 
     #[test]

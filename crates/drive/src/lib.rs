@@ -37,6 +37,7 @@ pub mod drive;
 pub mod frames;
 pub mod geodesy;
 pub mod param;
+pub mod satellites;
 pub mod signals;
 pub mod truth;
 pub mod vehicle;

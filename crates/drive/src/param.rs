@@ -313,12 +313,18 @@ macro_rules! params {
             fn default() -> Self { Self { $( $field: $crate::params!(@default $kind $($ty)? $(= $default)?), )+ } }
         }
         impl $crate::param::Params for $name {
-            const SPECS: &'static [$crate::param::ParamSpec] = &[ $( $crate::param::ParamSpec {
-                name: stringify!($field), symbol: $symbol,
-                unit: $crate::params!(@unit $($unit)?),
-                doc: concat!($($doc),+).trim_ascii(), source: $source,
-                kind: $crate::params!(@kind $kind $($ty)? $(= $default)? $(, $min, $max $(, $scale)?)?),
-            } ),+ ];
+            const SPECS: &'static [$crate::param::ParamSpec] = {
+                // One copy in the program; see `record!`.
+                static TABLE: [$crate::param::ParamSpec; [ $( stringify!($field) ),+ ].len()] = [ $(
+                    $crate::param::ParamSpec {
+                        name: stringify!($field), symbol: $symbol,
+                        unit: $crate::params!(@unit $($unit)?),
+                        doc: concat!($($doc),+).trim_ascii(), source: $source,
+                        kind: $crate::params!(@kind $kind $($ty)? $(= $default)? $(, $min, $max $(, $scale)?)?),
+                    }
+                ),+ ];
+                &TABLE
+            };
             fn get(&self, index: usize) -> $crate::param::ParamValue {
                 [ $( $crate::params!(@get $kind self.$field) ),+ ][index]
             }

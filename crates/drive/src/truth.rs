@@ -5,7 +5,7 @@ use crate::channel::Column;
 macro_rules! truth {
     ($( $name:literal $unit:literal $doc:literal; )+) => {
         /// Every truth signal, named without the `truth_` prefix that files put before it.
-        pub const TRUTH_COLUMNS: &[Column] = &[ $( Column::new($name, $unit, $doc).truth($name) ),+ ];
+        pub static TRUTH_COLUMNS: &[Column] = &[ $( Column::new($name, $unit, $doc).truth($name) ),+ ];
     };
 }
 

@@ -172,9 +172,10 @@ impl<E: Estimator> Run<E> {
     /// # Errors
     /// When the estimator gives up.
     pub fn advance(&mut self, drive: &Drive, epochs: usize) -> Result<bool, RunError> {
+        let mut pass = self.cursor.pass(drive);
         for _ in 0..epochs {
-            let Some(epoch) = self.cursor.next(drive) else { return Ok(true) };
-            let estimate = self.estimator.step(&epoch).map_err(|source| RunError::Step {
+            let Some(epoch) = pass.next() else { return Ok(true) };
+            let estimate = self.estimator.step(epoch).map_err(|source| RunError::Step {
                 estimator: E::NAME,
                 time: epoch.time,
                 source,

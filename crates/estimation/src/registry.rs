@@ -42,7 +42,7 @@ const fn info<E: Estimator>() -> EstimatorInfo {
 macro_rules! estimators {
     ($( $variant:ident = $ty:ty ),+ $(,)?) => {
         /// Every estimator.
-        pub const ESTIMATORS: &[EstimatorInfo] = &[ $( info::<$ty>() ),+ ];
+        pub static ESTIMATORS: &[EstimatorInfo] = &[ $( info::<$ty>() ),+ ];
 
         #[derive(Debug)]
         enum Inner { $( $variant(Box<Run<$ty>>) ),+ }

@@ -1,8 +1,10 @@
 //! From a table and a mapping to a drive.
 
 use drivescope_drive::channel::{Channel, OutOfOrder, Record, Series};
-use drivescope_drive::csv::file_unit;
+use drivescope_drive::csv::{REAR_AXLE, VEHICLE, file_unit};
 use drivescope_drive::drive::Drive;
+use drivescope_drive::param::Params;
+use drivescope_drive::vehicle::VehicleParams;
 use serde::Serialize;
 
 use crate::clock;
@@ -89,6 +91,7 @@ pub fn apply(mut table: Table, mapping: &Mapping, name: &str) -> Result<(Drive, 
     }
     let mut shared = Shared::of(mapping);
     let mut drive = Drive { name: name.to_owned(), disk: mapping.disk, ..Drive::default() };
+    take_stated(&table, &mut drive, &mut report);
     let mut load = Loader { table: &mut table, times: &times, mapping, shared: &mut shared, report: &mut report };
     drive.imu = load.channel(0)?;
     drive.mag = load.channel(1)?;
@@ -100,6 +103,24 @@ pub fn apply(mut table: Table, mapping: &Mapping, name: &str) -> Result<(Drive, 
     drive.range = load.channel(7)?;
     drive.truth = load.truth()?;
     Ok((drive, report))
+}
+
+/// The car and its rear axle, where comments at the head of the file state them as our own writer does.
+fn take_stated(table: &Table, drive: &mut Drive, report: &mut MapReport) {
+    let stated = |name: &str| table.stated.iter().find(|(n, _)| n == name).map(|(_, value)| value.as_str());
+    if let Some(text) = stated(REAR_AXLE) {
+        match text.parse().ok().filter(|x: &f64| x.abs() < 20.0) {
+            Some(x) => drive.rear_axle = Some(x),
+            None => report.warn(format!("comment `{REAR_AXLE} = {text}`: expected metres; left out."), None, None, 1),
+        }
+    }
+    if let Some(text) = stated(VEHICLE) {
+        let read = serde_json::from_str(text).map_err(|e| e.to_string());
+        match read.and_then(|json| VehicleParams::from_json(&json).map_err(|e| e.to_string())) {
+            Ok(vehicle) => drive.vehicle = Some(vehicle),
+            Err(cause) => report.warn(format!("comment `{VEHICLE}`: {cause}; left out."), None, None, 1),
+        }
+    }
 }
 
 /// `1 row`, `2 rows`.

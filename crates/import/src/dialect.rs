@@ -24,6 +24,8 @@ pub(crate) struct Dialect {
     pub body: (usize, usize),
     /// Lines before the body that are neither header nor units.
     pub skipped: usize,
+    /// What comments before the body state as `# name = value`.
+    pub stated: Vec<(String, String)>,
 }
 
 /// Why there is no layout.
@@ -215,7 +217,15 @@ fn layout(lines: &[Line], cut: Cut) -> Dialect {
         unit_line: unit_row.map(|u| lines[u].number),
         body,
         skipped: header.or(first_data).unwrap_or(0),
+        stated: lines[..before].iter().filter_map(statement).collect(),
     }
+}
+
+/// The name and the value of a comment `# name = value`.
+fn statement(line: &Line) -> Option<(String, String)> {
+    let text = decode(line.bytes.trim_ascii());
+    let (name, value) = text.strip_prefix('#')?.split_once('=')?;
+    Some((name.trim().to_owned(), value.trim().to_owned()))
 }
 
 /// The line that names the columns: among the texts before the data the last that names a time, else the last as wide

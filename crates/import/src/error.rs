@@ -108,6 +108,16 @@ pub enum ImportError {
         "{file}: expected a finite {field} for {signal} in the mapping (a scale is not 0), found {found}; correct the mapping."
     )]
     BadFactor { file: String, signal: String, field: &'static str, found: f64 },
+    /// A table of raw ranges lacks a column.
+    #[error(
+        "{file}, {place}: expected the column `{column}` of a table of raw ranges (`t`, `prn`, `sat_x`, .., `pr`), found {found}; rename the columns."
+    )]
+    RawColumn { file: String, place: String, column: &'static str, found: String },
+    /// A row of raw ranges whose satellite has no number.
+    #[error(
+        "{file}, row {row}, column `prn`: expected the number of a satellite, found {found}; correct the cell or delete the row."
+    )]
+    RawRow { file: String, row: usize, found: f64 },
     /// There is no memory for the columns.
     #[error(
         "{file}, row {row}: expected to hold {columns} columns in memory, found no more of it; choose fewer columns or cut the file."
@@ -130,6 +140,7 @@ impl ImportError {
             | Self::NotANumber { row, .. }
             | Self::NotATime { row, .. }
             | Self::TimeBackwards { row, .. }
+            | Self::RawRow { row, .. }
             | Self::OutOfMemory { row, .. } => Some(*row),
             _ => None,
         }

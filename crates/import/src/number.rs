@@ -1,7 +1,7 @@
 //! Decimal numbers from bytes, correctly rounded, eight digits at a time.
 //!
 //! A mantissa below 2^53 and a power of ten up to 22 are exact in f64, so that one multiplication or division rounds
-//! correctly (Clinger 1990); every other number goes to `fast_float2`.
+//! correctly (Clinger 1990); every other number goes to the standard library.
 
 const POWERS: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
@@ -111,13 +111,12 @@ fn exponent_suffix(bytes: &[u8], pos: &mut usize) -> i64 {
 /// Any number that the grammar admits.
 #[cold]
 fn slow(text: &[u8], decimal: u8) -> f64 {
-    let parsed = if decimal == b'.' {
-        fast_float2::parse(text)
-    } else {
-        let dotted: Vec<u8> = text.iter().map(|&b| if b == decimal { b'.' } else { b }).collect();
-        fast_float2::parse(dotted)
-    };
-    parsed.unwrap_or(f64::NAN)
+    let standard = |text: &[u8]| std::str::from_utf8(text).ok().and_then(|text| text.parse().ok()).unwrap_or(f64::NAN);
+    if decimal == b'.' {
+        return standard(text);
+    }
+    let dotted: Vec<u8> = text.iter().map(|&b| if b == decimal { b'.' } else { b }).collect();
+    standard(&dotted)
 }
 
 #[cfg(test)]

@@ -79,6 +79,8 @@ pub struct Table {
     pub layout: Layout,
     /// Bytes read.
     pub bytes: u64,
+    /// What comments at the head state as `# name = value`.
+    pub stated: Vec<(String, String)>,
     /// `(row index, its line)` where lines do not simply count on.
     pub(crate) line_marks: Vec<(usize, usize)>,
 }

@@ -19,6 +19,13 @@ pub struct NamedDrive {
     json: &'static str,
 }
 
+impl NamedDrive {
+    /// Its file: what a drive of one's own can begin with.
+    pub fn json(&self) -> &'static str {
+        self.json
+    }
+}
+
 const DRIVES: &[NamedDrive] = &[
     NamedDrive {
         name: "city_hills",
@@ -156,7 +163,7 @@ const DRIVES: &[NamedDrive] = &[
     NamedDrive {
         name: "tunnel",
         title: "Tunnel and bridge",
-        doc: "Over a steel bridge and through a tunnel of 50 s: no satellites, a distorted magnetic field, a curve inside",
+        doc: "Over a steel bridge and through a tunnel of 1.1 km: no satellites, a distorted magnetic field, a curve inside",
         duration_hint: 147.5,
         json: include_str!("drives/tunnel.json"),
     },

@@ -11,7 +11,6 @@ use crate::earth::{Local, TangentFrame};
 use crate::motion::{Inertial, Motion, daejeon};
 use crate::plant::{Inputs, Plant, STEP};
 use crate::road::Road;
-use crate::sensors::satellites::RawGnss;
 use crate::sensors::suite::{Instant, Suite};
 use crate::spec::{DriveSpec, SpecError};
 use crate::truth;
@@ -49,6 +48,7 @@ pub struct Simulation {
     drive: Drive,
     sample: u64,
     moved: (f64, f64),
+    end: f64,
     done: bool,
     failure: Option<SpecError>,
 }
@@ -94,6 +94,7 @@ impl Simulation {
             drive,
             sample: 0,
             moved: (0.0, 0.0),
+            end: spec.duration.unwrap_or(f64::INFINITY),
             done: false,
             failure: None,
         };
@@ -116,9 +117,13 @@ impl Simulation {
         self.failure.as_ref()
     }
 
-    /// Share of the road that lies behind, 0 to 1.
+    /// Share of the road, or of the time, that lies behind, 0 to 1.
     pub fn fraction(&self) -> f64 {
-        if self.done { 1.0 } else { (self.plant.patch().s / self.road.length()).clamp(0.0, 0.999) }
+        if self.done {
+            1.0
+        } else {
+            (self.plant.patch().s / self.road.length()).max(self.time() / self.end).clamp(0.0, 0.999)
+        }
     }
 
     /// Time reached, s.
@@ -129,11 +134,6 @@ impl Simulation {
     /// The drive as grown so far.
     pub fn drive(&self) -> &Drive {
         &self.drive
-    }
-
-    /// The satellites seen so far, epoch by epoch; empty where the drive's fixes do not come from single satellites.
-    pub fn raw_gnss(&self) -> &[RawGnss] {
-        self.sensors.raw_gnss()
     }
 
     /// The drive, simulated to its end, or to where it failed.
@@ -158,7 +158,7 @@ impl Simulation {
         let turning = (self.motion.rate - before.rate) / PERIOD;
         let refused = self.record(&inertial, turning).is_err();
         self.failure = self.trouble();
-        self.done = refused || self.failure.is_some() || self.driver.is_done();
+        self.done = refused || self.failure.is_some() || self.driver.is_done() || self.time() >= self.end;
     }
 
     /// Why the drive cannot go on, if it cannot.
@@ -219,6 +219,10 @@ pub fn fingerprint(drive: &Drive) -> u64 {
     for series in drive.channels().into_iter().chain([&drive.truth]) {
         series.time().iter().for_each(&mut add);
         (0..series.schema().len()).flat_map(|i| series.column_at(i)).for_each(&mut add);
+    }
+    for (time, satellites) in drive.raw_gnss.iter() {
+        add(&time);
+        satellites.iter().for_each(|s| s.cells().iter().for_each(&mut add));
     }
     hash
 }

@@ -1,7 +1,7 @@
 //! Opening a drive in steps: a simulation, or a file read slice by slice. The open drive stays until this has succeeded.
 
 use drivescope_drive::drive::Drive;
-use drivescope_import::{CsvReader, Mapping, OpenReport, open_table};
+use drivescope_import::{CsvReader, Mapping, OpenReport, Table, is_raw_gnss, open_table, raw_gnss};
 use drivescope_simulation::Simulation;
 use js_sys::{ArrayBuffer, Uint8Array};
 use wasm_bindgen::prelude::*;
@@ -34,25 +34,25 @@ pub enum Step {
 pub enum Opening {
     /// A drive that is being simulated.
     Simulation(Box<Simulation>),
-    /// A file that is being read.
-    Reading {
-        /// The file.
-        file: File,
-        /// Bytes read so far.
-        offset: f64,
-        /// The reader they were fed to.
-        reader: Box<CsvReader>,
-        /// The mapping to use instead of a proposed one.
-        mapping: Option<Mapping>,
-    },
+    /// Files that are being read, one after the other.
+    Reading(Box<Reading>),
+}
+
+/// Files on their way to a drive.
+pub struct Reading {
+    file: File,
+    offset: f64,
+    reader: CsvReader,
+    mapping: Option<Mapping>,
+    waiting: Vec<File>,
+    tables: Vec<Table>,
 }
 
 impl Opening {
-    /// Start on a file.
-    pub fn file(file: File, mapping: Option<Mapping>) -> Self {
-        let mut reader = Box::new(CsvReader::new(&file.name()));
-        reader.expect_bytes(file.size() as u64);
-        Self::Reading { file, offset: 0.0, reader, mapping }
+    /// Start on a file; `waiting` are the others that were dropped with it.
+    pub fn files(file: File, mapping: Option<Mapping>, waiting: Vec<File>) -> Self {
+        let reader = reader(&file);
+        Self::Reading(Box::new(Reading { file, offset: 0.0, reader, mapping, waiting, tables: Vec::new() }))
     }
 
     /// Do one more piece of work: the drive, or what is left to do.
@@ -66,14 +66,21 @@ impl Opening {
             } else {
                 Step::More(Self::Simulation(simulation))
             }),
-            Self::Reading { file, offset, mut reader, mapping } if offset < file.size() => {
-                reader.feed(&slice(&file, offset, SLICE)?).map_err(sentence)?;
-                Ok(Step::More(Self::Reading { file, offset: offset + SLICE, reader, mapping }))
-            }
-            Self::Reading { reader, mapping, .. } => {
-                let table = reader.finish().map_err(sentence)?;
-                let (drive, report) = open_table(table, mapping.as_ref()).map_err(sentence)?;
-                Ok(Step::Done(Box::new(Opened { drive, report: Some(report) })))
+            Self::Reading(mut reading) => {
+                if reading.offset < reading.file.size() {
+                    reading.reader.feed(&slice(&reading.file, reading.offset, SLICE)?).map_err(sentence)?;
+                    reading.offset += SLICE;
+                    return Ok(Step::More(Self::Reading(reading)));
+                }
+                let Some(file) = reading.waiting.pop() else {
+                    let Reading { reader, mapping, mut tables, .. } = *reading;
+                    tables.push(reader.finish().map_err(sentence)?);
+                    return joined(tables, mapping.as_ref());
+                };
+                let read = std::mem::replace(&mut reading.reader, reader(&file));
+                reading.tables.push(read.finish().map_err(sentence)?);
+                (reading.file, reading.offset) = (file, 0.0);
+                Ok(Step::More(Self::Reading(reading)))
             }
         }
     }
@@ -82,7 +89,7 @@ impl Opening {
     pub fn so_far(&self) -> Option<&Drive> {
         match self {
             Self::Simulation(simulation) => Some(simulation.drive()),
-            Self::Reading { .. } => None,
+            Self::Reading(_) => None,
         }
     }
 
@@ -93,14 +100,33 @@ impl Opening {
                 let rows = s.drive().imu.len();
                 Progress { done: false, fraction: s.fraction(), stage: "simulating", rows }
             }
-            Self::Reading { file, offset, reader, .. } => Progress {
+            Self::Reading(r) => Progress {
                 done: false,
-                fraction: (offset / file.size()).min(1.0),
+                fraction: (r.offset / r.file.size()).min(1.0),
                 stage: "reading",
-                rows: reader.rows(),
+                rows: r.reader.rows(),
             },
         }
     }
+}
+
+fn reader(file: &File) -> CsvReader {
+    let mut reader = CsvReader::new(&file.name());
+    reader.expect_bytes(file.size() as u64);
+    reader
+}
+
+/// The drive of one log, and of the raw ranges that were dropped with it.
+fn joined(tables: Vec<Table>, mapping: Option<&Mapping>) -> Result<Step, JsError> {
+    let (mut raw, mut logs): (Vec<Table>, Vec<Table>) = tables.into_iter().partition(is_raw_gnss);
+    let (Some(log), true) = (logs.pop(), logs.is_empty() && raw.len() < 2) else {
+        return Err(JsError::new("expected one log, alone or with its table of raw ranges (t, prn, sat_x, .., pr)"));
+    };
+    let (mut drive, report) = open_table(log, mapping).map_err(sentence)?;
+    if let Some(table) = raw.pop() {
+        drive.raw_gnss = raw_gnss(&table, report.mapping.time.offset).map_err(sentence)?;
+    }
+    Ok(Step::Done(Box::new(Opened { drive, report: Some(report) })))
 }
 
 fn slice(file: &File, offset: f64, length: f64) -> Result<Vec<u8>, JsError> {

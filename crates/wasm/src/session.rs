@@ -8,7 +8,7 @@ use drivescope_drive::vehicle::VehicleParams;
 use drivescope_estimation::registry::{AnyRun, ESTIMATORS};
 use drivescope_estimation::trajectory::{PathPoint, estimated_path, fixes, held, true_path};
 use drivescope_import::Mapping;
-use drivescope_simulation::Simulation;
+use drivescope_simulation::{DriveSpec, Simulation};
 use js_sys::{Date, Float64Array, Uint8Array};
 use serde_json::Value;
 use wasm_bindgen::prelude::*;
@@ -51,24 +51,41 @@ impl Session {
         plain(&Catalogue::new())
     }
 
-    /// Start simulating a built-in drive; `seed` undefined takes the drive's own.
-    pub fn begin_simulation(&mut self, name: &str, seed: Option<f64>) -> Result<(), JsError> {
-        let spec = drivescope_simulation::named(name)
-            .ok_or_else(|| JsError::new(&format!("there is no built-in drive `{name}`")))?;
+    /// A small picture of a built-in drive: the road's length (m), the number of its points, then these (east, north,
+    /// m), then its speed over time (s, m/s).
+    pub fn sketch(&self, name: &str) -> Float64Array {
+        let Some(spec) = drivescope_simulation::named(name) else { return Float64Array::new_with_length(0) };
+        let drawn = drivescope_simulation::sketch(&spec);
+        let mut flat = vec![drawn.length, drawn.points.len() as f64];
+        flat.extend(drawn.points.iter().chain(&drawn.speed).flat_map(|&(a, b)| [a, b]));
+        Float64Array::from(flat.as_slice())
+    }
+
+    /// JSON of a built-in drive; empty if there is none of that name.
+    pub fn description(&self, name: &str) -> String {
+        let drive = drivescope_simulation::drives().iter().find(|d| d.name == name);
+        drive.map_or_else(String::new, |d| d.json().to_owned())
+    }
+
+    /// Start simulating a built-in drive, or the one that the JSON text `composed` describes; `seed` undefined takes
+    /// the drive's own.
+    pub fn begin_simulation(&mut self, name: &str, seed: Option<f64>, composed: Option<String>) -> Result<(), JsError> {
+        let spec = match composed {
+            Some(text) => DriveSpec::from_json(&text).map_err(|e| JsError::new(&format!("{name}: {e}")))?,
+            None => drivescope_simulation::named(name)
+                .ok_or_else(|| JsError::new(&format!("there is no built-in drive `{name}`")))?,
+        };
         let simulation = Simulation::new(&spec, seed.map(|s| s as u64)).map_err(sentence)?;
         self.opening = Some(Opening::Simulation(Box::new(simulation)));
         Ok(())
     }
 
-    /// Start reading a dropped log; `mapping` is the text of a saved mapping, undefined lets the reader propose one.
-    pub fn begin_files(&mut self, files: Vec<File>, mapping: Option<String>) -> Result<(), JsError> {
+    /// Start reading a dropped log, perhaps with its raw ranges; `mapping` is the text of a saved mapping, undefined
+    /// lets the reader propose one.
+    pub fn begin_files(&mut self, mut files: Vec<File>, mapping: Option<String>) -> Result<(), JsError> {
         let mapping = mapping.map(|text| Mapping::from_json(&text, "mapping.json")).transpose().map_err(sentence)?;
-        let mut files = files.into_iter();
-        match (files.next(), files.next()) {
-            (Some(file), None) => self.opening = Some(Opening::file(file, mapping)),
-            (None, _) => return Err(JsError::new("no file was given; drop one log")),
-            _ => return Err(JsError::new("several logs were dropped; this version opens one log at a time")),
-        }
+        let file = files.pop().ok_or_else(|| JsError::new("no file was given; drop one log"))?;
+        self.opening = Some(Opening::files(file, mapping, files));
         Ok(())
     }
 

@@ -43,7 +43,7 @@ fn run(session: &mut Session, estimator: &str, params: &str) -> Result<(), Strin
 fn built_in() -> Session {
     let mut session = Session::new();
     let name = get(&get(&session.catalogue().unwrap_or_else(|e| panic!("{}", text(e))), "drives"), "0");
-    session.begin_simulation(&get(&name, "name").as_string().unwrap(), None).map_err(text).unwrap();
+    session.begin_simulation(&get(&name, "name").as_string().unwrap(), None, None).map_err(text).unwrap();
     open(&mut session).unwrap();
     session
 }

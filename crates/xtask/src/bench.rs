@@ -11,7 +11,7 @@ use crate::place::Place;
 use crate::serve::{self, Response};
 use crate::{process, sizes, tools};
 use serde_json::Value;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
@@ -26,32 +26,45 @@ const PATIENCE: Duration = Duration::from_secs(900);
 ///
 /// Something does not build, does not run or does not answer in the agreed form.
 pub fn run(place: &Place, quick: bool) -> Result<()> {
-    let native = natively(place, quick)?;
-    let browser = in_browser(place, quick)?;
+    let rounds = if quick { 1 } else { 3 };
+    let program = native_program(place)?;
+    let folder = browser_folder(place, quick)?;
+    let (mut native, mut browser) = (Vec::new(), Vec::new());
+    for round in 1..=rounds {
+        eprintln!("[{round}/{rounds}] natively");
+        gather(&mut native, natively(&program, quick)?);
+        eprintln!("[{round}/{rounds}] in the browser");
+        gather(&mut browser, in_browser(place, &folder)?);
+    }
     println!("\n{}\n", table(&native, &browser));
     page::core(place)?;
     sizes::print(&place.generated()).map(drop)
 }
 
-fn natively(place: &Place, quick: bool) -> Result<Vec<Entry>> {
-    eprintln!("[1/2] natively");
+fn native_program(place: &Place) -> Result<PathBuf> {
     process::succeeds(place.cargo().args(["build", "--release", "--package", "drivescope-cli"]))?;
-    let program = place.target.join("release").join(format!("drivescope{}", std::env::consts::EXE_SUFFIX));
+    Ok(place.target.join("release").join(format!("drivescope{}", std::env::consts::EXE_SUFFIX)))
+}
+
+fn natively(program: &Path, quick: bool) -> Result<Vec<Entry>> {
     let mut command = Command::new(program);
     // Its progress is on standard error.
     command.args(["bench", "--json"]).args(quick.then_some("--quick")).stderr(Stdio::inherit());
     entries(&process::output(&mut command)?)
 }
 
-fn in_browser(place: &Place, quick: bool) -> Result<Vec<Entry>> {
-    eprintln!("[2/2] in the browser");
-    let browser = tools::browser().ok_or_else(|| Failure("bench needs a Chromium: set CHROMIUM to its file".into()))?;
+/// The core with its measurements, and the page that starts them.
+fn browser_folder(place: &Place, quick: bool) -> Result<PathBuf> {
     let wasm = page::compile(place, &["--features", "bench"])?;
     let folder = place.target.join("drivescope-bench");
     page::generate(&wasm, &folder)?;
     write_page(&folder, quick)?;
+    Ok(folder)
+}
 
-    let (address, answers) = host(&folder)?;
+fn in_browser(place: &Place, folder: &Path) -> Result<Vec<Entry>> {
+    let browser = tools::browser().ok_or_else(|| Failure("bench needs a Chromium: set CHROMIUM to its file".into()))?;
+    let (address, answers) = host(folder)?;
     let profile = place.target.join("drivescope-bench-profile");
     let mut child = open(&browser, &profile, &address)?;
     let measured = wait_for(&answers);
@@ -159,6 +172,19 @@ fn entries(text: &str) -> Result<Vec<Entry>> {
     if found.is_empty() { fail("the measurements hold no entry") } else { Ok(found) }
 }
 
+/// Add one round's samples to those of the rounds before it.
+fn gather(all: &mut Vec<Entry>, round: Vec<Entry>) {
+    for entry in round {
+        match all.iter_mut().find(|known| known.name == entry.name) {
+            Some(known) => {
+                known.samples.extend(entry.samples);
+                known.samples.sort_by(f64::total_cmp);
+            }
+            None => all.push(entry),
+        }
+    }
+}
+
 /// An entry with its samples in order; none if it has no samples.
 fn entry(value: &Value) -> Option<Entry> {
     let mut samples: Vec<f64> = value["samples"].as_array()?.iter().filter_map(Value::as_f64).collect();
@@ -169,26 +195,37 @@ fn entry(value: &Value) -> Option<Entry> {
 }
 
 fn table(native: &[Entry], browser: &[Entry]) -> String {
-    let mut text = String::from("| what | unit | native | browser | browser / native |\n|---|---|---|---|---|\n");
+    let mut text = String::from("| what | unit | native | browser | medians | best |\n|---|---|---|---|---|---|\n");
     for here in native {
         let there = browser.iter().find(|entry| entry.name == here.name);
         let (cell, ratio) = match there {
-            Some(there) => (there.cell(), format!("{:.2}", slowdown(here, there))),
-            None => ("-".into(), "-".into()),
+            Some(there) => {
+                let [median, best] = slowdown(here, there);
+                (there.cell(), format!("{median:.2} | {best:.2}"))
+            }
+            None => ("-".into(), "- | -".into()),
         };
         text.push_str(&format!("| {} | {} | {} | {cell} | {ratio} |\n", here.name, here.unit, here.cell()));
     }
     for there in browser.iter().filter(|there| native.iter().all(|here| here.name != there.name)) {
-        text.push_str(&format!("| {} | {} | - | {} | - |\n", there.name, there.unit, there.cell()));
+        text.push_str(&format!("| {} | {} | - | {} | - | - |\n", there.name, there.unit, there.cell()));
     }
-    text.push_str("\nMedian (smallest..largest). The last column is how many times longer the browser takes.");
+    text.push_str(
+        "\nMedian (smallest..largest). The last columns are how many times longer the browser takes: its median over the \
+         native one, and best over best, which leaves out what else the machine did.",
+    );
     text
 }
 
-/// How many times longer the browser takes, for times and for rates alike.
-fn slowdown(native: &Entry, browser: &Entry) -> f64 {
-    let ratio = browser.median() / native.median();
-    if native.unit.contains("/s") { 1.0 / ratio } else { ratio }
+/// How many times longer the browser takes, for times and for rates alike: median over median, best over best.
+fn slowdown(native: &Entry, browser: &Entry) -> [f64; 2] {
+    let median = browser.median() / native.median();
+    if native.unit.contains("/s") {
+        let most = |entry: &Entry| entry.samples[entry.samples.len() - 1];
+        [1.0 / median, most(native) / most(browser)]
+    } else {
+        [median, browser.samples[0] / native.samples[0]]
+    }
 }
 
 /// Four significant digits, no exponent.
@@ -212,8 +249,11 @@ mod tests {
     #[test]
     fn rows_are_medians_with_range_and_a_ratio_that_means_slower() {
         let text = table(&entries(NATIVE).unwrap(), &entries(BROWSER).unwrap());
-        assert!(text.contains("| step grade | ns | 33.00 (30.00..40.00) | 66.00 (66.00..66.00) | 2.00 |"), "{text}");
-        assert!(text.contains("| csv | MB/s | 300.0 (300.0..300.0) | 150.0 (100.0..200.0) | 2.00 |"), "{text}");
+        assert!(
+            text.contains("| step grade | ns | 33.00 (30.00..40.00) | 66.00 (66.00..66.00) | 2.00 | 2.20 |"),
+            "{text}"
+        );
+        assert!(text.contains("| csv | MB/s | 300.0 (300.0..300.0) | 150.0 (100.0..200.0) | 2.00 | 1.50 |"), "{text}");
     }
 
     #[test]

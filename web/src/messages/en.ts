@@ -14,8 +14,21 @@ export const en = {
     exportDrive: 'Measurements and truth (CSV)',
     exportTuning: 'Tuned parameters (JSON)',
     exportMapping: 'Column mapping (JSON)',
+    exportDescription: 'Description of this drive (JSON)',
     exportPlots: 'Plots (PNG)',
     copyLink: 'Copy a link to this state',
+  },
+  drives: {
+    title: 'Built-in drives',
+    search: 'Find a drive',
+    none: 'No drive is called or described so.',
+    seed: 'Seed',
+    ownSeed: 'its own',
+    random: 'Another',
+    seedNote: 'All noise and every sensor’s biases come from it: same drive, same seed, same numbers.',
+    withSeed: (title: string, seed: string) => `${title}, seed ${seed}`,
+    facts: (duration: string, way: string, top: string) => `${duration} · ${way} · up to ${top}`,
+    compose: 'A drive of your own is a JSON file: drop it on the page to drive it. To begin with, export the JSON of one of these.',
   },
   display: {
     angle: 'Angles',
@@ -58,7 +71,7 @@ export const en = {
   },
   drop: {
     title: 'Drop to open',
-    hint: 'A CSV log, alone or with its mapping (JSON). Nothing leaves this computer.',
+    hint: 'A CSV log, alone or with its mapping (JSON) and its raw GNSS (CSV), or a drive to simulate (JSON). Nothing leaves this computer.',
   },
   views: {
     attitude: 'Attitude',
@@ -260,6 +273,7 @@ export const en = {
       ['1 2 3 4', 'go to attitude, slope, mode, trajectory'],
       ['P', 'go to the parameters'],
       ['Ctrl+Z, Ctrl+Shift+Z', 'undo or redo a parameter'],
+      ['D', 'choose a built-in drive'],
       ['O', 'open a log'],
       ['?', 'this page'],
       ['Esc', 'close'],

@@ -10,7 +10,6 @@ import type { Display } from '../units';
 
 export interface HeaderActions {
   openFiles(files: File[]): void;
-  openBuiltIn(name: string): void;
   savePictures(): void;
   showHelp(): void;
   showReport(): void;
@@ -85,12 +84,14 @@ function exportMenu(store: Store, session: Session, actions: HeaderActions): HTM
   };
   const fill = (): void => {
     const report = store.report.value;
+    const builtIn = store.builtIn.value;
     const done = (store.catalogue.value?.estimators ?? []).filter((e) => store.run(e.name).value.reply);
     list.replaceChildren(
       ...done.map((e) => item(t.header.exportEstimates(e.title), () => csv(`${e.name}:current`, `_${e.name}`))),
       item(t.header.exportDrive, () => csv('drive', '')),
       item(t.header.exportTuning, () => save(`${name()}_params.json`, JSON.stringify(store.tuning.value.params, null, 2), 'application/json')),
       ...(report?.import ? [item(t.header.exportMapping, () => saveMapping(report))] : []),
+      ...(builtIn ? [item(t.header.exportDescription, async () => save(`${builtIn.name}.json`, await session.rpc.call('description', { name: builtIn.name }), 'application/json'))] : []),
       item(t.header.exportPlots, actions.savePictures),
       item(t.header.copyLink, () => navigator.clipboard.writeText(location.href)),
     );
@@ -109,20 +110,7 @@ function fileName(report: DriveReport | null): string {
   return (report?.name ?? 'drive').replace(/\.[^.]*$/, '').replace(/[^\w.-]+/g, '_');
 }
 
-export function header(store: Store, session: Session, actions: HeaderActions, status: HTMLElement): { element: HTMLElement; openDialog: () => void } {
-  const chooser = h('select.drive-chooser', { 'aria-label': t.header.drive });
-  const fillChooser = (): void => {
-    const drives = store.catalogue.value?.drives ?? [];
-    const report = store.report.value;
-    chooser.replaceChildren(...drives.map((d) => h('option', { value: d.name, title: d.doc, selected: store.builtIn.value?.name === d.name }, d.title)));
-    if (report?.kind === 'file') chooser.prepend(h('option', { value: '', selected: true }, t.header.chosenFile(report.name)));
-  };
-  store.catalogue.on(fillChooser);
-  store.report.on(fillChooser);
-  // A drive that could not be opened is not the one that is shown.
-  store.work.on((work) => work === null && fillChooser());
-  chooser.addEventListener('change', () => chooser.value && actions.openBuiltIn(chooser.value));
-
+export function header(store: Store, session: Session, actions: HeaderActions, chooser: HTMLElement, status: HTMLElement): { element: HTMLElement; openDialog: () => void } {
   const input = h('input', { type: 'file', multiple: true, hidden: true, accept: '.csv,.txt,.tsv,.json,text/csv,application/json', 'aria-label': t.header.openFile, tabindex: '-1' });
   input.addEventListener('change', () => {
     actions.openFiles([...(input.files ?? [])]);

@@ -3,8 +3,8 @@
 import type { Catalogue, Comparison, DriveReport, ParamValue, Progress, RunReport } from '../door';
 
 export type OpenRequest =
-  /** With `first`, done once that many seconds are simulated: the report says that it is partial, and asking again goes on. */
-  | { kind: 'simulation'; name: string; seed: number | null; first: number | null }
+  /** `composed` is a drive's JSON text, null for a built-in one. With `first`, done once that many seconds are simulated: the report says that it is partial, and asking again goes on. */
+  | { kind: 'simulation'; name: string; seed: number | null; first: number | null; composed: string | null }
   | { kind: 'files'; files: File[]; mapping: string | null };
 
 /** One column on the grid of a window. */
@@ -30,6 +30,10 @@ export interface Operations {
   catalogue: { takes: Record<string, never>; gives: Catalogue };
   open: { takes: OpenRequest; gives: DriveReport };
   run: { takes: { estimator: string; params: Record<string, ParamValue>; vehicle: string | null }; gives: RunReply };
+  /** Length, number of points, points, speeds; see the core. */
+  sketch: { takes: { name: string }; gives: Float64Array };
+  /** JSON of a built-in drive. */
+  description: { takes: { name: string }; gives: string };
   keep_previous: { takes: { estimator: string; keep: boolean }; gives: null };
   drop_previous: { takes: { estimator: string }; gives: null };
   grid: { takes: { items: GridItem[]; t0: number; t1: number; buckets: number }; gives: GridReply };

@@ -10,6 +10,8 @@ const BUDGET = 30;
 interface Job {
   id: number;
   estimator: string | null;
+  /** Runs go before it: the rest of a drive whose beginning is being looked at. */
+  yields: boolean;
   begun: boolean;
   begin(): void;
   some(): Progress;
@@ -41,6 +43,7 @@ function runJob(door: Door, { id, args }: Request<'run'>): Job {
   return {
     id,
     estimator,
+    yields: false,
     begun: false,
     begin: () => door.begin_run(estimator, params, vehicle ?? undefined),
     some: () => door.run_some(estimator, BUDGET),
@@ -54,7 +57,9 @@ function runJob(door: Door, { id, args }: Request<'run'>): Job {
 }
 
 /** The simulation whose beginning is the open drive and that can go on. */
-let resumable: { name: string; seed: number | null } | null = null;
+let resumable: Simulated | null = null;
+
+type Simulated = Extract<Operations['open']['takes'], { kind: 'simulation' }>;
 
 /** Samples of the inertial sensor in a second of a simulated drive. */
 const SIMULATED_RATE = 100;
@@ -62,15 +67,17 @@ const SIMULATED_RATE = 100;
 function openJob(door: Door, { id, args }: Request<'open'>): Job {
   const first = args.kind === 'simulation' && args.first !== null ? args.first * SIMULATED_RATE : Infinity;
   let isPartial = false;
+  const goesOn = args.kind === 'simulation' && resumable?.name === args.name && resumable.seed === args.seed && resumable.composed === args.composed;
   return {
     id,
     estimator: null,
+    yields: goesOn,
     begun: false,
     begin: () => {
-      const goesOn = args.kind === 'simulation' && resumable?.name === args.name && resumable.seed === args.seed;
+      const isThere = goesOn && resumable !== null;
       resumable = null;
-      if (goesOn) return;
-      if (args.kind === 'simulation') door.begin_simulation(args.name, args.seed ?? undefined);
+      if (isThere) return;
+      if (args.kind === 'simulation') door.begin_simulation(args.name, args.seed ?? undefined, args.composed ?? undefined);
       else door.begin_files(args.files, args.mapping ?? undefined);
     },
     some: () => {
@@ -82,7 +89,7 @@ function openJob(door: Door, { id, args }: Request<'open'>): Job {
     finish: () => {
       jobs.splice(0).forEach((job) => post({ id: job.id, ok: false, message: '', cancelled: true }));
       if (!isPartial || args.kind !== 'simulation') return door.report();
-      resumable = { name: args.name, seed: args.seed };
+      resumable = args;
       return { ...door.preview_open(), is_partial: true };
     },
   };
@@ -96,7 +103,7 @@ function cancel(id: number): void {
   post({ id, ok: false, message: '', cancelled: true });
 }
 
-/** Opening goes before estimating; otherwise first come, first served. */
+/** Opening goes before estimating, but for the rest of a drive; otherwise first come, first served. */
 function enqueue(job: Job): void {
   const same = jobs.find((other) => other.estimator === job.estimator);
   if (same) cancel(same.id);
@@ -119,7 +126,7 @@ function schedule(): void {
 }
 
 function work(): void {
-  const job = jobs[0];
+  const job = jobs.find((j) => !j.yields) ?? jobs[0];
   if (!job) return;
   try {
     if (!job.begun) {
@@ -148,6 +155,11 @@ const answers: {
   ) => [Operations[O]['gives'], Transferable[]];
 } = {
   catalogue: (door) => [door.catalogue(), []],
+  sketch: (door, { name }) => {
+    const flat = door.sketch(name);
+    return [flat, [flat.buffer]];
+  },
+  description: (door, { name }) => [door.description(name), []],
   keep_previous: (door, { estimator, keep }) => [(door.keep_previous(estimator, keep), null), []],
   drop_previous: (door, { estimator }) => [(door.drop_previous(estimator), null), []],
   grid: (door, { items, t0, t1, buckets }) => {

@@ -131,7 +131,7 @@ fn imu(k: usize, shake: f64) -> Imu {
     }
 }
 
-fn epoch(k: usize, imu: Imu) -> Epoch {
+fn epoch(k: usize, imu: Imu) -> Epoch<'static> {
     Epoch { time: k as f64 * 0.01, imu: Some(imu), ..Epoch::default() }
 }
 

@@ -203,7 +203,7 @@ fn points_of_the_reference_are_met_to_nine_digits() {
     }
 }
 
-fn level(time: f64, yaw: f64, speed: f64) -> Epoch {
+fn level(time: f64, yaw: f64, speed: f64) -> Epoch<'static> {
     let field = body_to_nav(0.0, 0.0, yaw).transpose() * Vector3::new(30.11237, -4.22703, 40.12585);
     Epoch {
         time,

@@ -172,7 +172,7 @@ fn the_slope_does_not_depend_on_a_common_scale_of_masses_and_forces() {
     }
 }
 
-fn epoch(time: f64, speed: f64, accel_x: f64) -> Epoch {
+fn epoch(time: f64, speed: f64, accel_x: f64) -> Epoch<'static> {
     Epoch {
         time,
         imu: Some(Imu { accel_x, accel_y: 0.0, gyro_z: 0.0, ..Imu::default() }),

@@ -19,8 +19,8 @@ const RIPPLE: [f64; 3] = [3.1, 7.3, 17.9];
 /// The field at the sensor, north, east and down, uT, at a time (s) and a distance along the road (m).
 pub fn field(undisturbed: &Vector3<f64>, faults: &[Fault], time: f64, s: f64, motion: &Motion) -> Vector3<f64> {
     let mut field = *undisturbed;
-    for fault in faults.iter().filter(|f| f.acts(time)) {
-        let share = (time - fault.start) / fault.duration;
+    for fault in faults {
+        let Some(share) = fault.share(time, s) else { continue };
         let size = |default: f64| fault.size.unwrap_or(default);
         match fault.kind {
             FaultKind::Bridge => {

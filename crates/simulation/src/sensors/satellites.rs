@@ -4,7 +4,7 @@
 //! ranges in view, linear round the true place: the neglected second order of a 30 m error over 20,000 km is 0.05 mm.
 
 use drivescope_drive::geodesy::{EARTH_RATE, GM};
-use drivescope_drive::record;
+use drivescope_drive::satellites::Satellite;
 use drivescope_drive::signals::Gnss;
 use nalgebra::{Matrix4, Vector3, Vector4};
 
@@ -35,36 +35,6 @@ const CLOCK_NOISE: [f64; 2] = [0.009, 0.0355];
 /// Geometry is refused beyond this dilution.
 const WORST_PDOP: f64 = 30.0;
 
-record! {
-    /// A satellite as the receiver sees it at one instant; Earth-centred, Earth-fixed coordinates.
-    pub struct RawGnss {
-        /// Time of the epoch.
-        time: "s", name "t";
-        /// Number of the satellite.
-        prn: "1";
-        /// Satellite's place, first axis.
-        sat_x: "m";
-        /// Satellite's place, second axis.
-        sat_y: "m";
-        /// Satellite's place, third axis.
-        sat_z: "m";
-        /// Satellite's velocity, first axis.
-        sat_vx: "m/s";
-        /// Satellite's velocity, second axis.
-        sat_vy: "m/s";
-        /// Satellite's velocity, third axis.
-        sat_vz: "m/s";
-        /// Pseudorange.
-        pr: "m";
-        /// Rate of the pseudorange.
-        prr: "m/s";
-        /// Elevation.
-        elevation: "rad";
-        /// Azimuth, clockwise from true north.
-        azimuth: "rad";
-    }
-}
-
 /// Place (m) and velocity (m/s) of a satellite, 0 to 29, at a time of the drive, s; Earth-fixed.
 pub fn satellite(index: usize, time: f64) -> (Vector3<f64>, Vector3<f64>) {
     let tau = std::f64::consts::TAU;
@@ -91,9 +61,9 @@ pub struct Receiver {
     slowest_course: f64,
 }
 
-/// A satellite in view: its row, direction from the receiver (north, east, down), errors of range and rate.
+/// A satellite in view: what is measured of it, direction from the receiver (north, east, down), errors of range and rate.
 struct InView {
-    row: RawGnss,
+    seen: Satellite,
     direction: Vector3<f64>,
     error: [f64; 2],
 }
@@ -107,30 +77,36 @@ impl Receiver {
         Self { errors, clock: CLOCK, step, rng, faults: faults.to_vec(), jumps, slowest_course }
     }
 
-    /// The next epoch: the satellites in view go to `rows`, their fix is returned.
-    pub fn next(&mut self, time: f64, motion: &Motion, outage: bool, rows: &mut Vec<RawGnss>) -> Gnss {
-        self.run_clock(time);
-        let mut view = self.look(time, motion, outage);
-        self.reflect(time, &mut view);
-        rows.extend(view.iter().map(|v| v.row));
+    /// The next epoch, at a time (s) and a place along the road (m): the satellites in view go to `satellites`, their fix is returned.
+    pub fn next(
+        &mut self,
+        (time, s): (f64, f64),
+        motion: &Motion,
+        outage: bool,
+        satellites: &mut Vec<Satellite>,
+    ) -> Gnss {
+        self.run_clock(time, s);
+        let mut view = self.look((time, s), motion, outage);
+        self.reflect((time, s), &mut view);
+        satellites.extend(view.iter().map(|v| v.seen));
         self.fix(motion, &view).unwrap_or(Gnss { valid: 0.0, satellites: view.len() as f64, ..Gnss::default() })
     }
 
-    fn run_clock(&mut self, time: f64) {
+    fn run_clock(&mut self, time: f64, s: f64) {
         let [phase, drift] = CLOCK_NOISE;
         self.clock[0] += self.clock[1] * self.step + (phase * self.step).sqrt() * self.rng.normal();
         self.clock[1] += (drift * self.step).sqrt() * self.rng.normal();
         for (fault, done) in self.faults.iter().zip(&mut self.jumps) {
-            if fault.kind == FaultKind::ClockJump && time >= fault.start && !*done {
+            if fault.kind == FaultKind::ClockJump && fault.has_begun(time, s) && !*done {
                 *done = true;
                 self.clock[0] += fault.size.unwrap_or(299_792.458);
             }
         }
     }
 
-    fn look(&mut self, time: f64, motion: &Motion, outage: bool) -> Vec<InView> {
+    fn look(&mut self, (time, s): (f64, f64), motion: &Motion, outage: bool) -> Vec<InView> {
         let (here, to_ned) = earth_centred(&motion.place);
-        let acts = |kind| self.faults.iter().any(|f| f.kind == kind && f.acts(time));
+        let acts = |kind| self.faults.iter().any(|f| f.kind == kind && f.acts(time, s));
         let mask = if acts(FaultKind::Canyon) { CANYON_SIN } else { MASK_SIN };
         let mut view = Vec::new();
         for index in 0..SATELLITES {
@@ -145,39 +121,32 @@ impl Receiver {
                 continue;
             }
             let rate = direction.dot(&(to_ned * velocity - motion.velocity));
-            let row = RawGnss {
-                time,
-                prn: (index + 1) as f64,
-                sat_x: place.x,
-                sat_y: place.y,
-                sat_z: place.z,
-                sat_vx: velocity.x,
-                sat_vy: velocity.y,
-                sat_vz: velocity.z,
-                pr: range + self.clock[0] + error[0],
-                prr: rate + self.clock[1] + error[1],
-                elevation: libm::asin(-direction.z),
-                azimuth: libm::atan2(direction.y, direction.x),
+            let seen = Satellite {
+                prn: index as u32 + 1,
+                place,
+                velocity,
+                range: range + self.clock[0] + error[0],
+                rate: rate + self.clock[1] + error[1],
             };
-            view.push(InView { row, direction, error });
+            view.push(InView { seen, direction, error });
         }
         view
     }
 
     /// Lengthen the ranges of the two lowest satellites while there are reflections.
-    fn reflect(&self, time: f64, view: &mut [InView]) {
+    fn reflect(&self, (time, s): (f64, f64), view: &mut [InView]) {
         let lowest = |but: Option<usize>| {
             let others = (0..view.len()).filter(|k| Some(*k) != but);
             others.reduce(|a, b| if view[b].direction.z > view[a].direction.z { b } else { a })
         };
         let first = lowest(None);
         let second = lowest(first);
-        for fault in self.faults.iter().filter(|f| f.kind == FaultKind::Multipath && f.acts(time)) {
+        for fault in self.faults.iter().filter(|f| f.kind == FaultKind::Multipath && f.acts(time, s)) {
             let size = fault.size.unwrap_or(18.0);
             for (index, factor) in [(first, 1.0), (second, 26.0 / 18.0)] {
-                if let Some(seen) = index.and_then(|k| view.get_mut(k)) {
-                    seen.row.pr += size * factor;
-                    seen.error[0] += size * factor;
+                if let Some(low) = index.and_then(|k| view.get_mut(k)) {
+                    low.seen.range += size * factor;
+                    low.error[0] += size * factor;
                 }
             }
         }

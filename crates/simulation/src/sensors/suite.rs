@@ -4,10 +4,11 @@ use std::collections::VecDeque;
 
 use drivescope_drive::channel::{MAX_COLUMNS, OutOfOrder, Record};
 use drivescope_drive::drive::Drive;
+use drivescope_drive::satellites::Satellite;
 use drivescope_drive::signals::{Imu, Steering, Wheels};
 use nalgebra::Vector3;
 
-use super::satellites::{RawGnss, Receiver};
+use super::satellites::Receiver;
 use super::{car::CarSensors, disk::Disk, imu::ImuSensor, mag::MagSensor, magnetic, ring::Ring};
 use super::{position::BaroSensor, position::GnssSensor};
 use crate::driver::PERIOD;
@@ -69,7 +70,7 @@ impl<T: Copy> Delay<T> {
 struct Meddler(Vec<(Fault, Option<f64>)>);
 
 impl Meddler {
-    fn apply<R: Record>(&mut self, time: f64, row: R) -> R {
+    fn apply<R: Record>(&mut self, (time, s): (f64, f64), row: R) -> R {
         if self.0.is_empty() {
             return row;
         }
@@ -77,7 +78,7 @@ impl Meddler {
         row.write(&mut cells[..R::COLUMNS.len()]);
         for (fault, kept) in self.0.iter_mut() {
             let Some(cell) = R::COLUMNS.iter().position(|c| Some(c.name) == fault.signal.as_deref()) else { continue };
-            match (fault.acts(time), fault.kind) {
+            match (fault.acts(time, s), fault.kind) {
                 (false, _) => *kept = None,
                 (true, FaultKind::Bias) => cells[cell] += fault.size.unwrap_or(0.0),
                 (true, _) => cells[cell] = *kept.get_or_insert(cells[cell]),
@@ -107,10 +108,10 @@ pub struct Suite {
     baro: BaroSensor,
     ring: Option<Ring>,
     gnss_every: u64,
-    dark: Vec<(f64, f64)>,
+    dark: Vec<Fault>,
     faults: Vec<Fault>,
     meddler: Meddler,
-    raw: Vec<RawGnss>,
+    view: Vec<Satellite>,
 }
 
 impl Suite {
@@ -142,12 +143,12 @@ impl Suite {
             baro: BaroSensor::new(&grade.position, SLOW_EVERY as f64 * PERIOD, seed),
             ring: spec.ring.then(|| Ring::new(road, &spec.obstacles, seed)),
             gnss_every,
-            dark: (spec.gnss_outages.iter().map(|o| (o.start, o.duration)))
-                .chain(spec.faults.iter().filter(dark).map(|f| (f.start, f.duration)))
+            dark: (spec.gnss_outages.iter().map(|o| Fault::outage(o.start, o.duration)))
+                .chain(spec.faults.iter().filter(dark).cloned())
                 .collect(),
             faults: spec.faults.clone(),
             meddler: Meddler(spec.faults.iter().filter(on_signal).map(|f| (f.clone(), None)).collect()),
-            raw: Vec::new(),
+            view: Vec::new(),
         })
     }
 
@@ -156,40 +157,38 @@ impl Suite {
         Biases { accel: self.imu.accel_bias(), gyro: self.imu.gyro_bias() }
     }
 
-    /// The satellites seen so far.
-    pub fn raw_gnss(&self) -> &[RawGnss] {
-        &self.raw
-    }
-
     /// Record an instant.
     ///
     /// # Errors
     /// [`OutOfOrder`] when it is not after the last one.
     pub fn record(&mut self, now: &Instant, drive: &mut Drive) -> Result<(), OutOfOrder> {
         let (time, motion, speed) = (now.time, now.motion, now.motion.velocity.norm());
+        let here = (time, now.plant.patch().s);
         let imu = self.imu.next(now.inertial, speed, now.engine_speed);
         let imu = present(self.cluster, imu);
-        drive.imu.push(time, self.meddler.apply(time, imu))?;
+        drive.imu.push(time, self.meddler.apply(here, imu))?;
         if let Some(disk) = &mut self.disk {
             drive.accel_array.push(time, disk.next(now.inertial, &now.turning, speed, now.engine_speed))?;
         }
-        let field = magnetic::field(&self.mag.field(), &self.faults, time, now.plant.patch().s, motion);
-        drive.mag.push(time, self.meddler.apply(time, self.mag.next(motion, &field)))?;
+        let field = magnetic::field(&self.mag.field(), &self.faults, time, here.1, motion);
+        drive.mag.push(time, self.meddler.apply(here, self.mag.next(motion, &field)))?;
         let wheels = self.car.wheels(time, &now.plant.rim_speed(), &now.plant.turned());
         let (wheels, steering) = self.late_car.pass((wheels, self.car.steering(now.steer)));
-        drive.wheels.push(time, self.meddler.apply(time, wheels))?;
-        drive.steering.push(time, self.meddler.apply(time, steering))?;
+        drive.wheels.push(time, self.meddler.apply(here, wheels))?;
+        drive.steering.push(time, self.meddler.apply(here, steering))?;
         let late = self.late_fix.pass(*motion);
         if now.sample.is_multiple_of(self.gnss_every) {
-            let outage = self.dark.iter().any(|&(start, duration)| time >= start && time < start + duration);
+            let outage = self.dark.iter().any(|fault| fault.acts(here.0, here.1));
+            self.view.clear();
             let fix = match &mut self.fixes {
                 Fixes::Stated(sensor) => sensor.next(&late, outage),
-                Fixes::Solved(receiver) => receiver.next(time, &late, outage, &mut self.raw),
+                Fixes::Solved(receiver) => receiver.next(here, &late, outage, &mut self.view),
             };
-            drive.gnss.push(time, self.meddler.apply(time, fix))?;
+            drive.gnss.push(time, self.meddler.apply(here, fix))?;
+            drive.raw_gnss.push(time, &self.view)?;
         }
         if now.sample.is_multiple_of(SLOW_EVERY) {
-            drive.baro.push(time, self.meddler.apply(time, self.baro.next(motion)))?;
+            drive.baro.push(time, self.meddler.apply(here, self.baro.next(motion)))?;
             if let Some(ring) = &mut self.ring {
                 drive.range.push(time, ring.next(now.plant))?;
             }

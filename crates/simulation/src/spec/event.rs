@@ -31,21 +31,33 @@ pub enum FaultKind {
     Freeze,
 }
 
-/// Something wrong for a while.
+/// Something wrong for a while, or on a stretch of the road.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fault {
     /// What is wrong.
     pub kind: FaultKind,
     /// When it begins, s.
+    #[serde(skip_serializing_if = "f64_is_nan")]
     pub start: f64,
     /// How long it lasts, s.
     pub duration: f64,
+    /// Where along the road it begins, m, in place of `start`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at: Option<f64>,
+    /// How much of the road it covers, m, in place of `duration`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
     /// How strong it is; unit and default as the kind says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub size: Option<f64>,
     /// The column that `bias` and `freeze` act on, as in `gyro_z`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub signal: Option<String>,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn f64_is_nan(value: &f64) -> bool {
+    value.is_nan()
 }
 
 /// A hump across the road.
@@ -165,12 +177,7 @@ nameable!(ManoeuvreKind, [
     "braking" => ManoeuvreKind::Braking,
     "double_lane_change" => ManoeuvreKind::DoubleLaneChange,
 ]);
-readable!(
-    Fault,
-    Fault { kind: FaultKind::Outage, start: 0.0, duration: 0.0, size: None, signal: None },
-    [kind, start, duration, size, signal],
-    ["kind", "start"]
-);
+readable!(Fault, Fault::outage(f64::NAN, 0.0), [kind, start, duration, at, length, size, signal], ["kind"]);
 readable!(Bump, Bump { at: 0.0, length: 0.0, height: 0.0 }, [at, length, height], ["at", "length", "height"]);
 readable!(
     Grip,
@@ -198,17 +205,44 @@ readable!(
 );
 
 impl Fault {
-    /// Whether it acts at a time, s.
-    pub fn acts(&self, time: f64) -> bool {
-        time >= self.start && time < self.start + self.duration
+    /// A time without satellites, s.
+    pub(crate) fn outage(start: f64, duration: f64) -> Self {
+        Self { start, duration, kind: FaultKind::Outage, at: None, length: None, size: None, signal: None }
+    }
+    /// Where it stands: the instant or the place, where it begins, and how far it goes, s or m.
+    fn extent(&self, time: f64, s: f64) -> (f64, f64, f64) {
+        match self.at {
+            Some(at) => (s, at, self.length.unwrap_or(0.0)),
+            None => (time, self.start, self.duration),
+        }
+    }
+    /// The share of it that is over, 0 to 1, at a time (s) and a place along the road (m); `None` where it does not act.
+    pub fn share(&self, time: f64, s: f64) -> Option<f64> {
+        let (now, begin, length) = self.extent(time, s);
+        (now >= begin && now < begin + length).then(|| (now - begin) / length)
+    }
+    /// Whether it acts at a time (s) and a place along the road (m).
+    pub fn acts(&self, time: f64, s: f64) -> bool {
+        self.share(time, s).is_some()
+    }
+    /// Whether it has begun.
+    pub fn has_begun(&self, time: f64, s: f64) -> bool {
+        let (now, begin, _) = self.extent(time, s);
+        now >= begin
     }
 
     pub(super) fn check(&self, path: &str) -> Result<(), SpecError> {
+        let in_time = !self.start.is_nan() || self.duration > 0.0;
+        let expected = "`start` and `duration`, or `at` and `length` along the road";
+        expect(in_time != (self.at.is_some() || self.length.is_some()), path, expected)?;
+        expect(in_time || self.at.is_some(), path, expected)?;
         ranges(
             path,
             &[
-                ("start", self.start, 0.0, 1e6),
+                ("start", if in_time { self.start } else { 0.0 }, 0.0, 1e6),
                 ("duration", self.duration, 0.0, 1e6),
+                ("at", self.at.unwrap_or(0.0), 0.0, 1e6),
+                ("length", self.length.unwrap_or(0.0), 0.0, 1e6),
                 ("size", self.size.unwrap_or(0.0), -1e7, 1e7),
             ],
         )?;

@@ -4,6 +4,7 @@ mod error;
 mod event;
 mod options;
 mod read;
+pub mod set;
 
 use drivescope_drive::param::Params;
 use drivescope_drive::vehicle::VehicleParams;
@@ -48,6 +49,9 @@ pub struct DriveSpec {
     pub lever_arm: [f64; 3],
     /// How often the road's pieces follow one another.
     pub repeat: usize,
+    /// When the drive ends at the latest, s; without it, at the end of its road.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration: Option<f64>,
     /// Speed at the start; the car sets off from standstill without it.
     pub start_speed_kmh: f64,
     /// Parameters that differ from the car's, by symbol or name as in `VehicleParams`.
@@ -135,6 +139,7 @@ impl Default for DriveSpec {
             gnss_outages: Vec::new(),
             lever_arm: [0.0; 3],
             repeat: 1,
+            duration: None,
             start_speed_kmh: 0.0,
             car_changes: Changes::default(),
             resistance: 1.0,
@@ -188,6 +193,7 @@ readable!(
         gnss_outages,
         lever_arm,
         repeat,
+        duration,
         start_speed_kmh,
         car_changes,
         resistance,
@@ -227,8 +233,21 @@ impl DriveSpec {
     /// # Errors
     /// [`SpecError`] with the path and the value of what is wrong first.
     pub fn from_json(text: &str) -> Result<Self, SpecError> {
-        let value: serde_json::Value = serde_json::from_str(text).map_err(|e| SpecError::Json(e.to_string()))?;
-        let mut spec = Self::read(&value)?;
+        Self::of_value(&serde_json::from_str(text).map_err(|e| SpecError::Json(e.to_string()))?)
+    }
+
+    /// Read and check a drive with some of its values replaced: `path=value`, see [`replace`](set::replace).
+    ///
+    /// # Errors
+    /// [`SpecError`] with the path and the value of what is wrong first.
+    pub fn from_json_with(text: &str, changes: &[impl AsRef<str>]) -> Result<Self, SpecError> {
+        let mut value = serde_json::from_str(text).map_err(|e| SpecError::Json(e.to_string()))?;
+        changes.iter().try_for_each(|change| set::replace(&mut value, change.as_ref()))?;
+        Self::of_value(&value)
+    }
+
+    fn of_value(value: &serde_json::Value) -> Result<Self, SpecError> {
+        let mut spec = Self::read(value)?;
         for (index, segment) in spec.segments.iter_mut().enumerate() {
             let Some(duration) = segment.duration.take() else { continue };
             let path = format!("segments[{index}]");
@@ -250,6 +269,7 @@ impl DriveSpec {
         self.check_car_and_sensors()?;
         within("heading_deg", self.heading_deg, -360.0, 360.0)?;
         within("stand_at_start", self.stand_at_start, 0.0, 3600.0)?;
+        within("duration", self.duration.unwrap_or(1.0), 1.0, LONGEST_DRIVE)?;
         within("start_speed_kmh", self.start_speed_kmh, 0.0, 200.0)?;
         let rolls = self.start_speed_kmh > 0.0;
         expect(!(rolls && self.stand_at_start > 0.0), "start_speed_kmh", "`stand_at_start` or a speed, not both")?;
@@ -258,7 +278,8 @@ impl DriveSpec {
             return Err(SpecError::Empty { path: "segments".into() });
         }
         all("segments", &self.segments, Segment::check)?;
-        within("duration without delays, s", self.shortest_duration(), 0.0, LONGEST_DRIVE)?;
+        let shortest = self.shortest_duration().min(self.duration.unwrap_or(f64::INFINITY));
+        within("duration without delays, s", shortest, 0.0, LONGEST_DRIVE)?;
         all("gnss_outages", &self.gnss_outages, |outage, path| {
             ranges(path, &[("start", outage.start, 0.0, 1e6), ("duration", outage.duration, 0.0, 1e6)])
         })?;
