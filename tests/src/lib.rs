@@ -1,5 +1,7 @@
 //! Helpers of the tests: where the specifications' case logs and the real logs are, reading them, and comparing columns.
 
+pub mod mcap;
+
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;

@@ -144,3 +144,33 @@ fn every_claim_says_what_it_is_and_its_trials_have_names_of_their_own() {
         }
     }
 }
+
+#[test]
+fn rest_straight_and_corner_are_told_from_inertial_sensors_alone_but_stops_come_late() {
+    assert_eq!(verdict("motion/modes"), Verdict::Partly);
+}
+
+#[test]
+fn the_step_of_the_forward_acceleration_finds_the_launch_early() {
+    assert_eq!(verdict("motion/launch"), Verdict::Supported);
+}
+
+#[test]
+fn six_accelerometers_and_a_gyro_give_rates_that_do_not_drift() {
+    assert_eq!(verdict("motion/rates"), Verdict::Supported);
+}
+
+#[test]
+fn modes_make_an_inertial_navigator_far_better_than_alone() {
+    assert_eq!(verdict("motion/navigation"), Verdict::Supported);
+}
+
+#[test]
+fn with_the_disk_the_modes_gain_less() {
+    assert_eq!(verdict("motion/disk_navigation"), Verdict::Partly);
+}
+
+#[test]
+fn satellites_and_the_disk_navigate_through_an_outage() {
+    assert_eq!(verdict("motion/satellites"), Verdict::Supported);
+}

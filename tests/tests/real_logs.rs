@@ -39,6 +39,22 @@ fn the_motorway_drive_stays_on_the_road() {
 }
 
 #[test]
+fn the_motorway_drive_is_navigated_by_modes_with_satellites_and_with_wheels() {
+    let Some(path) = shared(RAV4) else { return };
+    let drive = open(&path);
+    let error = |params: &Value| {
+        let run = run_by_name("land_ins", &drive, params, None).unwrap();
+        let position = score(run.series(), &drive, None).position.unwrap();
+        println!("{params}: {:.2} m RMS, at the end {:.1} m", position.rmse_horizontal, position.last);
+        position.rmse_horizontal
+    };
+    let plain = json!({"zupt": false, "zaru": false, "nhc": false, "straight": false});
+    let (plain, modes, wheel) = (error(&plain), error(&Value::Null), error(&json!({"wheel": true})));
+    let satellites = error(&json!({"gnss": true}));
+    assert!(satellites <= 5.0 && wheel <= modes && modes <= plain, "{satellites} {wheel} {modes} {plain}");
+}
+
+#[test]
 fn the_motorway_drive_is_straight_throughout() {
     let Some(path) = shared(RAV4) else { return };
     let drive = open(&path);

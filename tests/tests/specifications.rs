@@ -92,6 +92,31 @@ fn motion_cases_match_the_reference_statistics_and_modes() {
     }
 }
 
+#[test]
+fn land_navigation_cases_match_the_reference_from_the_first_row_to_the_last() {
+    // Section 4: 1e-6 relative + 1e-5 over the whole run, with all modes and neither wheels nor satellites.
+    const COLUMNS: [(&str, &str); 9] = [
+        ("north", "n"),
+        ("east", "e"),
+        ("down", "d"),
+        ("v_north", "vn"),
+        ("v_east", "ve"),
+        ("v_down", "vd"),
+        ("roll", "roll"),
+        ("pitch", "pitch"),
+        ("yaw", "yaw"),
+    ];
+    for (case, yaw) in [("c1_u_3acc3gyro", 0.0), ("c3_stopgo_3acc3gyro", 0.7)] {
+        let Some(log) = shared(&format!("spec/motion/{case}.csv.gz")) else { return };
+        let Some(expected) = shared(&format!("spec/motion/expected/{case}.csv.gz")) else { return };
+        let (expected, (_, series)) = (table(&expected), estimate(&log, "land_ins", &json!({"initial_yaw": yaw})));
+        for (ours, theirs) in COLUMNS {
+            let worst = worst(&series, ours, &expected["t"], &expected[theirs], 1e-6, 1e-5, ours == "yaw");
+            assert!(worst <= 1.0, "{case} {ours}: {worst} times the tolerance");
+        }
+    }
+}
+
 /// Largest difference in position (m) and yaw (rad) at the reference's times outside the given windows.
 fn navigation_difference(
     series: &Series,

@@ -1,6 +1,7 @@
 //! A drive: what was measured, on one clock, and its epochs in time order.
 
 use crate::channel::{Channel, Record, Series};
+use crate::disk::Disk;
 use crate::geodesy::Geodetic;
 use crate::satellites::{RAW_COLUMNS, RawGnss, Satellite};
 use crate::signals::{AccelArray, Baro, Gnss, Imu, Mag, Range, Steering, Wheels};
@@ -37,6 +38,8 @@ pub struct Drive {
     pub rear_axle: Option<f64>,
     /// Unix time of `t = 0`, s; where the drive knows it apart from its times.
     pub unix_zero: Option<f64>,
+    /// The six-accelerometer disk as calibrated; where the drive says it.
+    pub disk: Option<Disk>,
 }
 
 /// Everything measured at one instant; ranges of single satellites stay in the drive and are lent.
@@ -189,6 +192,8 @@ pub enum Signal {
     BaroAltitude,
     /// Six-accelerometer disk.
     AccelArray,
+    /// Three accelerometers and three gyros, or the six-accelerometer disk.
+    SixAxes,
     /// Ranges of single satellites.
     RawGnss,
 }
@@ -212,6 +217,7 @@ impl Signal {
             Self::GnssVerticalVelocity => "GNSS vertical velocity",
             Self::BaroAltitude => "barometric altitude",
             Self::AccelArray => "six-accelerometer disk",
+            Self::SixAxes => "three accelerometers and three gyros (or the six-accelerometer disk)",
             Self::RawGnss => "raw GNSS ranges",
         }
     }
@@ -243,6 +249,8 @@ pub struct LogStart {
     pub rear_axle: Option<f64>,
     /// When the drive began, decimal year; `None` where it does not say.
     pub date: Option<f64>,
+    /// The six-accelerometer disk as calibrated; `None` where the drive does not say.
+    pub disk: Option<Disk>,
 }
 
 impl Drive {
@@ -325,7 +333,11 @@ impl Drive {
             Signal::GnssCourse => has("course") || has("gnss_vn") && has("gnss_ve"),
             Signal::GnssVerticalVelocity => has("gnss_vd"),
             Signal::BaroAltitude => has("baro_alt"),
-            Signal::AccelArray => has("acc6_1") && has("acc6_6"),
+            Signal::AccelArray => self.accel_array.series().schema().iter().all(|c| has(c.name)),
+            Signal::SixAxes => {
+                ["accel_x", "accel_y", "accel_z", "gyro_x", "gyro_y", "gyro_z"].into_iter().all(has)
+                    || self.has(Signal::AccelArray)
+            }
             Signal::RawGnss => !self.raw_gnss.is_empty(),
         }
     }
@@ -346,7 +358,14 @@ impl Drive {
         let gnss = self.gnss.iter().take_while(|(t, _)| *t <= soon).map(|(_, g)| g.ground_speed());
         let speed = wheel.chain(gnss).find(|v| v.is_finite()).unwrap_or(f64::NAN);
         let imu_step = median_step(imu_time);
-        LogStart { imu_step, speed, origin: self.origin(), rear_axle: self.rear_axle, date: self.date() }
+        LogStart {
+            imu_step,
+            speed,
+            origin: self.origin(),
+            rear_axle: self.rear_axle,
+            date: self.date(),
+            disk: self.disk,
+        }
     }
 
     /// When the drive began, decimal year: stated, or told by times that count from 1970 (2001 or later).

@@ -32,6 +32,7 @@
 pub mod channel;
 pub mod csv;
 pub mod decimate;
+pub mod disk;
 pub mod drive;
 pub mod frames;
 pub mod geodesy;

@@ -70,6 +70,10 @@ pub trait Estimator: Sized {
     /// A fresh estimator. `start` is what the drive's first moments say.
     fn new(params: &Self::Params, vehicle: &VehicleParams, start: &LogStart) -> Self;
 
+    /// Look at the drive before the first step, for what cannot be told from the first row: once, and optional. What is stepped
+    /// without it finds the same a little later.
+    fn look_ahead(&mut self, _drive: &Drive) {}
+
     /// Fold in one epoch; an estimate at the epochs that it uses.
     ///
     /// # Errors
@@ -156,7 +160,8 @@ impl<E: Estimator> Run<E> {
             .cloned()
             .or_else(|| VehicleParams::preset(E::VEHICLE))
             .unwrap_or_default();
-        let estimator = E::new(params, &vehicle, &drive.start());
+        let mut estimator = E::new(params, &vehicle, &drive.start());
+        estimator.look_ahead(drive);
         let mut out = Channel::default();
         out.reserve(drive.imu.len());
         Ok(Self { estimator, cursor: EpochCursor::default(), out })

@@ -8,8 +8,10 @@ mod case_log;
 pub mod chi_square;
 pub mod estimator;
 pub mod gnss_ins;
+pub mod gyro_free;
 pub mod ins;
 pub mod kalman;
+pub mod land_ins;
 pub mod latency;
 pub mod levelling;
 pub mod magnetometer_calibration;
@@ -19,6 +21,7 @@ pub mod registry;
 pub mod road_profile;
 pub mod score;
 pub mod slope;
+pub mod stationarity;
 #[cfg(test)]
 mod testing;
 pub mod trajectory;

@@ -8,21 +8,25 @@
 //! thresholds (with one, table 3 has no memory) and counts with both signs; rest also ends after sustained activity (the
 //! paper leaves it by FD only and can miss a creeping launch for good); thresholds may follow the noise floor at rest; rest
 //! needs full windows, so that a log that starts in motion or has a hole does not begin with a stop; turning wheels
-//! contradict rest.
+//! contradict rest, and four that stand end motion before the windows have settled.
 //! Not known: which way the car moves, and what moves it: a parked car with a loud engine may look like a moving one.
 
 mod detector;
+mod disk;
 mod rules;
 mod windows;
 
 pub use detector::{Decision, Detector, InertialRow};
-pub use rules::{MotionMode, Rule, Statistics, Thresholds};
+pub use rules::{MotionMode, Rule, Statistics, Thresholds, WheelState};
 
 use drivescope_drive::drive::{Epoch, LogStart, Signal};
+use drivescope_drive::signals::Wheels;
 use drivescope_drive::vehicle::VehicleParams;
 use drivescope_drive::{params, record};
 
+use self::disk::DiskSource;
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
+use crate::gyro_free::{Front, GyroFreeParams};
 
 params! {
     /// Windows, thresholds and rules of the motion mode.
@@ -55,7 +59,8 @@ params! {
         launch_threshold_factor ("ad_kfd"): number = 4.0, "1", 1.5 ..= 8.0 Linear, from "spec/motion section 1";
         /// Time in which the noise floor follows the statistics at rest.
         floor_time ("ad_tau"): number = 20.0, "s", 2.0 ..= 120.0 Log, from "spec/motion section 1";
-        /// Whether turning wheels (faster than 0.5 m/s) contradict rest; in a log without wheel speeds, satellites (1 m/s).
+        /// Whether turning wheels contradict rest and four standing ones end motion; in a log without wheel speeds, satellites
+        /// (1 m/s) contradict rest.
         use_speed (""): toggle = true, from "a smooth road at constant speed looks like rest to an inertial sensor";
     }
 }
@@ -76,7 +81,7 @@ record! {
         /// Motion mode: 0 stationary, 1 straight, 2 cornering.
         mode: "1", truth "mode";
         /// Rule that fired: 0 none, 1 launch by force, 2 launch by activity, 3 stop, 4 corner begins, 5 corner ends,
-        /// 6 wheels turn, 7 held while learning, 8 held until the windows are full.
+        /// 6 wheels turn, 7 held while learning, 8 held until the windows are full, 9 wheels stand.
         rule: "1";
         /// Threshold of `jd`.
         jd_threshold: "m/s^2";
@@ -84,6 +89,8 @@ record! {
         td_threshold: "rad/s";
         /// Threshold of `fd`.
         fd_threshold: "m/s^2";
+        /// Threshold of the magnitude of `yd`: what begins a corner, or ends the one that is driven.
+        yd_threshold: "rad/s";
         /// Learned bias of the roll gyro.
         gyro_bias_x: "rad/s", truth "gyro_bias_x";
         /// Learned bias of the pitch gyro.
@@ -93,8 +100,17 @@ record! {
     }
 }
 
-/// Speed above which the car clearly moves, m/s.
+/// Reported speed above which the car clearly moves, m/s: the dead band and the noise of such a speed are not known.
 const CLEARLY_MOVING: f64 = 0.5;
+
+/// The same for the speeds of four wheels, which read zero below some 0.3 m/s and are exact at rest.
+const CLEARLY_TURNING: f64 = 0.25;
+
+/// Speed below which a wheel stands, m/s.
+const STANDING: f64 = 0.02;
+
+/// Time for which all four wheels must have stood before they end motion, s: below their dead band a car still rolls.
+const STANDING_TIME: f64 = 0.8;
 
 /// Age up to which a wheel speed counts, s.
 const SPEED_AGE: f64 = 0.5;
@@ -115,6 +131,8 @@ const NOT_AT_REST: &str =
     "The log does not start at rest: gyro biases and noise floor are not learned, thresholds are fixed.";
 const BAD_ROW: &str = "An inertial row without usable numbers: the row before it was used.";
 const NO_FORCE: &str = "An inertial row with a specific force of zero was skipped.";
+const NO_LAYOUT: &str =
+    "The disk's six accelerometers do not tell force and angular acceleration apart: no row can be read.";
 const NOT_LATER: &str = "An inertial row not later than the one before it was skipped.";
 const HOLE: &str = "A hole of more than 0.5 s in the inertial rows: the windows start again, the mode stays.";
 
@@ -122,12 +140,15 @@ const HOLE: &str = "A hole of more than 0.5 s in the inertial rows: the windows 
 #[derive(Clone, Debug)]
 pub struct MotionModeDetector {
     detector: Detector,
+    disk: Option<DiskSource>,
     use_speed: bool,
     time: f64,
     good: InertialRow,
     speed: f64,
     speed_time: f64,
     has_wheels: bool,
+    has_four_wheels: bool,
+    standing_since: f64,
     starts_moving: bool,
     notices: Notices,
 }
@@ -138,12 +159,11 @@ impl Estimator for MotionModeDetector {
     const DOC: &'static str = "Whether the car stands, drives straight on or turns, from accelerometers and gyros by the \
         rules of Lee et al. 2010, with hysteresis, an escape from rest and thresholds that follow the noise floor.";
     const NEEDS: &'static [Need] = &[
-        Need { signal: Signal::AccelX, required: true, why: "its step ends rest" },
-        Need { signal: Signal::AccelY, required: true, why: "jerk is that of the whole specific force" },
-        Need { signal: Signal::AccelZ, required: true, why: "jerk is that of the whole specific force" },
-        Need { signal: Signal::GyroX, required: true, why: "sway tells motion from rest" },
-        Need { signal: Signal::GyroY, required: true, why: "sway tells motion from rest" },
-        Need { signal: Signal::GyroZ, required: true, why: "it tells corners" },
+        Need {
+            signal: Signal::SixAxes,
+            required: true,
+            why: "a step of the forward force ends rest, jerk and sway tell motion from rest, the yaw rate tells corners",
+        },
         Need {
             signal: Signal::ForwardSpeed,
             required: false,
@@ -155,28 +175,18 @@ impl Estimator for MotionModeDetector {
     type Estimate = MotionModeEstimate;
 
     fn new(params: &MotionModeParams, _vehicle: &VehicleParams, start: &LogStart) -> Self {
-        let step = if start.imu_step > 0.0 { start.imu_step } else { USUAL_STEP };
-        let starts_moving = start.speed.abs() > CLEARLY_MOVING;
-        Self {
-            detector: Detector::new(params, step, starts_moving),
-            use_speed: params.use_speed,
-            time: f64::NEG_INFINITY,
-            good: InertialRow::AT_REST,
-            speed: f64::NAN,
-            speed_time: f64::NEG_INFINITY,
-            has_wheels: false,
-            starts_moving,
-            notices: Notices::default(),
-        }
+        Self::with_disk(params, &GyroFreeParams::default(), start)
     }
 
     fn step(&mut self, epoch: &Epoch) -> Result<Option<MotionModeEstimate>, EstimatorError> {
         self.read_speed(epoch);
+        if self.disk.is_some() && self.is_disk_log(epoch) {
+            return Ok(self.step_disk(epoch));
+        }
         let Some(imu) = epoch.imu else { return Ok(None) };
         let row =
             InertialRow { force: [imu.accel_x, imu.accel_y, imu.accel_z], rate: [imu.gyro_x, imu.gyro_y, imu.gyro_z] };
-        if !(epoch.time > self.time && epoch.time < f64::INFINITY) {
-            self.notices.add(NOT_LATER, self.time);
+        if !self.is_later(epoch.time) {
             return Ok(None);
         }
         if row.force == [0.0; 3] {
@@ -186,24 +196,11 @@ impl Estimator for MotionModeDetector {
         if epoch.time - self.time > LARGEST_STEP {
             self.after_hole(epoch.time);
         }
-        self.time = epoch.time;
         let is_good = row.is_plausible();
         if is_good {
             self.good = row;
-        } else {
-            self.notices.add(BAD_ROW, epoch.time);
         }
-        let (age, slowest) =
-            if self.has_wheels { (SPEED_AGE, CLEARLY_MOVING) } else { (GROUND_SPEED_AGE, CLEARLY_MOVING_BY_SATELLITE) };
-        let wheels_turn = epoch.time - self.speed_time <= age && self.speed.abs() > slowest;
-        if wheels_turn && self.detector.refuse_learning() {
-            self.notices.add(NOT_AT_REST, epoch.time);
-        }
-        let (decision, refused) = self.detector.push(&self.good, is_good, wheels_turn);
-        if refused {
-            self.notices.add(NOT_AT_REST, epoch.time);
-        }
-        Ok(Some(estimate(&decision, self.detector.bias())))
+        Ok(Some(self.decide(epoch.time, is_good)))
     }
 
     fn notices(&self) -> &Notices {
@@ -212,12 +209,120 @@ impl Estimator for MotionModeDetector {
 }
 
 impl MotionModeDetector {
+    /// A detector whose disk, in a log that has one in place of accelerometers and gyros, is filtered with these parameters.
+    pub fn with_disk(params: &MotionModeParams, disk: &GyroFreeParams, start: &LogStart) -> Self {
+        let step = if start.imu_step > 0.0 { start.imu_step } else { USUAL_STEP };
+        let starts_moving = start.speed.abs() > CLEARLY_MOVING;
+        Self {
+            detector: Detector::new(params, step, starts_moving),
+            disk: Some(DiskSource::new(Front::new(start.disk.as_ref(), disk), step)),
+            use_speed: params.use_speed,
+            time: f64::NEG_INFINITY,
+            good: InertialRow::AT_REST,
+            speed: f64::NAN,
+            speed_time: f64::NEG_INFINITY,
+            has_wheels: false,
+            has_four_wheels: false,
+            standing_since: f64::INFINITY,
+            starts_moving,
+            notices: Notices::default(),
+        }
+    }
+
+    /// The same for a log whose specific force and rates are to come from the disk even where there are accelerometers too.
+    pub fn disk_only(mut self) -> Self {
+        if let Some(disk) = &mut self.disk {
+            disk.activate();
+        }
+        self
+    }
+
+    /// What a navigator integrates at the last row: specific force and rates, from the disk's filter where there is one.
+    pub fn inertial_row(&self) -> InertialRow {
+        match self.front() {
+            Some(front) => front.inertial_row(),
+            None => self.good,
+        }
+    }
+
+    /// What the mode was decided from at the last row.
+    pub fn mode_row(&self) -> InertialRow {
+        self.good
+    }
+
+    /// The disk's front, in a log that has a disk in place of accelerometers and gyros.
+    pub fn front(&self) -> Option<&Front> {
+        self.disk.as_ref().and_then(DiskSource::active)
+    }
+
+    /// The mode now.
+    pub fn mode(&self) -> MotionMode {
+        self.detector.mode()
+    }
+
+    fn is_later(&mut self, time: f64) -> bool {
+        let is_later = time > self.time && time < f64::INFINITY;
+        if !is_later {
+            self.notices.add(NOT_LATER, self.time);
+        }
+        is_later
+    }
+
+    /// Decide a row from `self.good`; `is_good` is false where that stands in for one that could not be read.
+    fn decide(&mut self, time: f64, is_good: bool) -> MotionModeEstimate {
+        self.time = time;
+        if !is_good {
+            self.notices.add(BAD_ROW, time);
+        }
+        let wheels = self.wheel_state(time);
+        if wheels == WheelState::Turn && self.detector.refuse_learning() {
+            self.notices.add(NOT_AT_REST, time);
+        }
+        let (decision, refused) = self.detector.push(&self.good, is_good, wheels);
+        if refused {
+            self.notices.add(NOT_AT_REST, time);
+        }
+        estimate(&decision, self.detector.bias())
+    }
+
+    /// What wheels, or satellites in a log that has none, say at a time.
+    fn wheel_state(&self, time: f64) -> WheelState {
+        let (age, slowest) = match (self.has_wheels, self.has_four_wheels) {
+            (_, true) => (SPEED_AGE, CLEARLY_TURNING),
+            (true, false) => (SPEED_AGE, CLEARLY_MOVING),
+            (false, false) => (GROUND_SPEED_AGE, CLEARLY_MOVING_BY_SATELLITE),
+        };
+        if time - self.speed_time > age {
+            WheelState::Unknown
+        } else if self.speed.abs() > slowest {
+            WheelState::Turn
+        } else if time - self.standing_since >= STANDING_TIME {
+            WheelState::Stand
+        } else {
+            WheelState::Unknown
+        }
+    }
+
+    /// Since when all four wheels stand, if the log has them.
+    fn watch_wheels(&mut self, wheels: &Wheels, time: f64) {
+        let four = [wheels.wheel_speed_fl, wheels.wheel_speed_fr, wheels.wheel_speed_rl, wheels.wheel_speed_rr];
+        if four.iter().any(|v| !v.is_finite()) {
+            return;
+        }
+        self.has_four_wheels = true;
+        let stands = four.iter().all(|v| v.abs() < STANDING) && time.is_finite();
+        self.standing_since = if stands { self.standing_since.min(time) } else { f64::INFINITY };
+    }
+
     /// The speed that may contradict rest: the wheels', or the satellites' in a log that has none of the wheels.
     fn read_speed(&mut self, epoch: &Epoch) {
         let wheels = epoch.wheels.map_or(f64::NAN, |w| w.forward_speed());
         let ground = epoch.gnss.filter(|g| g.is_usable()).map_or(f64::NAN, |g| g.ground_speed());
         if !self.use_speed {
             return;
+        }
+        if let Some(wheels) = &epoch.wheels {
+            self.watch_wheels(wheels, epoch.time);
         }
         if wheels.is_finite() {
             self.has_wheels = true;
@@ -250,6 +355,7 @@ fn estimate(decision: &Decision, bias: [f64; 3]) -> MotionModeEstimate {
         jd_threshold: decision.thresholds.jerk,
         td_threshold: decision.thresholds.tilt_rate,
         fd_threshold: decision.thresholds.force_step,
+        yd_threshold: decision.yaw_threshold,
         gyro_bias_x: bias[0],
         gyro_bias_y: bias[1],
         gyro_bias_z: bias[2],

@@ -107,6 +107,9 @@ estimators! {
     Slope = crate::slope::Slope,
     MotionMode = crate::motion_mode::MotionModeDetector,
     GnssIns = crate::gnss_ins::GnssIns,
+    LandIns = crate::land_ins::LandIns,
+    GyroFree = crate::gyro_free::GyroFree,
+    Stationarity = crate::stationarity::Stationarity,
 }
 
 /// An estimator by name.

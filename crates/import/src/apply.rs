@@ -91,7 +91,7 @@ pub fn apply(mut table: Table, mapping: &Mapping, name: &str) -> Result<(Drive, 
     }
     let mut shared = Shared::of(mapping);
     let unix_zero = unix_zero(&table, mapping);
-    let mut drive = Drive { name: name.to_owned(), unix_zero, ..Drive::default() };
+    let mut drive = Drive { name: name.to_owned(), unix_zero, disk: mapping.disk, ..Drive::default() };
     take_stated(&table, &mut drive, &mut report);
     let mut load = Loader { table: &mut table, times: &times, mapping, shared: &mut shared, report: &mut report };
     drive.imu = load.channel(0)?;

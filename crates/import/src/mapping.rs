@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use drivescope_drive::csv::file_unit;
+use drivescope_drive::disk::Disk;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ImportError, name_list};
@@ -34,6 +35,9 @@ pub struct Mapping {
     /// Channels (`gnss`, `baro`, ..) whose samples repeat in the file until a new one comes: repeats are left out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub drop_repeats: Vec<String>,
+    /// The six-accelerometer disk as calibrated; without it the disk is as drawn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub disk: Option<Disk>,
 }
 
 /// Where time comes from: `offset + column in s + fraction in s`.
@@ -230,6 +234,7 @@ mod tests {
             time: TimeSource { column: "t".into(), unit: "ms".into(), offset: 0.5, fraction: None },
             signals: BTreeMap::new(),
             drop_repeats: vec!["gnss".into()],
+            disk: Some(Disk::drawn(0.08)),
         };
         let source = SignalSource { column: "ax".into(), unit: Some("g".into()), scale: -1.0, offset: 0.25 };
         mapping.signals.insert("accel_x".into(), source);

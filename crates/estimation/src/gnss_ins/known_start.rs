@@ -31,6 +31,7 @@ impl GnssIns {
             origin: Some(start.place),
             rear_axle: None,
             date: None,
+            disk: None,
         };
         let mut filter = Self::new(params, &VehicleParams::default(), &log);
         let KnownStart { place, velocity, body_to_nav, .. } = *start;

@@ -3,7 +3,7 @@
 use drivescope_drive::geodesy::STANDARD_GRAVITY;
 
 use super::MotionModeParams;
-use super::rules::{MotionMode, Row, Rule, Rules, Settings, Statistics, Thresholds};
+use super::rules::{MotionMode, Row, Rule, Rules, Settings, Statistics, Thresholds, WheelState};
 use super::windows::{Lag, RunningSum};
 
 /// The longest window, rows: what a damaged clock or a rate above 10 kHz may ask of memory and time.
@@ -15,6 +15,9 @@ const SMALLEST: Thresholds = Thresholds { jerk: 0.03, tilt_rate: 0.003, force_st
 /// Rate (rad/s) and standard deviation of the force's magnitude (m/s^2) above which the log does not start at rest.
 const RATE_AT_REST: f64 = 0.1;
 const FORCE_SPREAD_AT_REST: f64 = 0.5;
+
+/// Time for which a body may rock after a stop that the wheels told, s.
+const SETTLING: f64 = 1.0;
 
 /// Time after which the spread of the force is believed, s.
 const SPREAD_TIME: f64 = 0.5;
@@ -48,6 +51,8 @@ pub struct Decision {
     pub indicator: u8,
     /// Thresholds after the row.
     pub thresholds: Thresholds,
+    /// What the magnitude of the yaw rate was compared with, rad/s.
+    pub yaw_threshold: f64,
     /// The mode.
     pub mode: MotionMode,
     /// The rule that decided it.
@@ -102,6 +107,7 @@ impl Detector {
             yaw_on: params.yaw_on,
             yaw_off: params.yaw_off,
             // A tie between the escape time and a whole number of steps belongs to that number.
+            settling_rows: rows(SETTLING),
             escape_rows: (params.escape_time / step - 1e-6).ceil().clamp(0.0, LONGEST_WINDOW) as usize,
         };
         let learning = (needed > 0 && !starts_moving).then(|| Learning {
@@ -142,6 +148,11 @@ impl Detector {
         self.bias
     }
 
+    /// The mode after the last row.
+    pub fn mode(&self) -> MotionMode {
+        self.rules.mode
+    }
+
     /// Forget the windows, after a hole in the log; the mode, the biases and the noise floor stay.
     pub fn clear_windows(&mut self) {
         self.jerk.clear();
@@ -167,7 +178,7 @@ impl Detector {
     /// Fold in a plausible row and decide; `is_new` is false where the row stands in for one that could not be read.
     ///
     /// Returns the decision, and whether learning was refused at this row.
-    pub fn push(&mut self, row: &InertialRow, is_new: bool, wheels_turn: bool) -> (Decision, bool) {
+    pub fn push(&mut self, row: &InertialRow, is_new: bool, wheels: WheelState) -> (Decision, bool) {
         let [fx, fy, fz] = row.force;
         let magnitude = (fx * fx + fy * fy + fz * fz).sqrt();
         self.jerk.push((magnitude - self.previous_magnitude.unwrap_or(magnitude)).abs()); // (4)
@@ -189,6 +200,7 @@ impl Detector {
         };
         let indicator = self.thresholds.indicator(&statistics);
         self.adapt(&statistics, indicator);
+        let yaw_threshold = self.rules.yaw_threshold();
         let is_held = was_learning && !refused && self.adaptive.is_some();
         let rule = if is_held {
             Rule::Learning
@@ -197,11 +209,12 @@ impl Detector {
                 statistics,
                 indicator,
                 force_step_threshold: self.thresholds.force_step,
-                wheels_turn,
+                wheels,
                 is_full: self.jerk.is_full(),
             })
         };
-        (Decision { statistics, indicator, thresholds: self.thresholds, mode: self.rules.mode, rule }, refused)
+        let (thresholds, mode) = (self.thresholds, self.rules.mode);
+        (Decision { statistics, indicator, thresholds, yaw_threshold, mode, rule }, refused)
     }
 
     /// Take a row into the means; `false` if it shows that the car is not at rest.

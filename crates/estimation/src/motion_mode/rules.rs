@@ -41,6 +41,19 @@ pub enum Rule {
     Learning,
     /// Motion kept although everything is quiet: the windows are not full yet.
     Filling,
+    /// Motion ended: all four wheels have stood still for long enough, whatever still rocks.
+    WheelsStand,
+}
+
+/// What the wheels say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WheelState {
+    /// Nothing that decides.
+    Unknown,
+    /// They turn, clearly.
+    Turn,
+    /// All four have stood still for a while.
+    Stand,
 }
 
 impl Rule {
@@ -90,6 +103,8 @@ pub(super) struct Settings {
     pub(super) yaw_off: f64,
     /// Rows of full activity after which rest ends; 0 never.
     pub(super) escape_rows: usize,
+    /// Rows after a stop that the wheels told, in which a car that still rocks does not launch while they stand.
+    pub(super) settling_rows: usize,
 }
 
 /// What else a row brings.
@@ -98,8 +113,7 @@ pub(super) struct Row {
     pub(super) statistics: Statistics,
     pub(super) indicator: u8,
     pub(super) force_step_threshold: f64,
-    /// Whether the wheels turn, clearly.
-    pub(super) wheels_turn: bool,
+    pub(super) wheels: WheelState,
     /// Whether the windows hold enough to decide for rest.
     pub(super) is_full: bool,
 }
@@ -111,15 +125,24 @@ pub(super) struct Rules {
     pub(super) mode: MotionMode,
     last_moving: MotionMode,
     active_rows: usize,
+    settling: usize,
+    /// Whether the wheels have turned since they last told a stop or the car left them standing.
+    have_turned: bool,
 }
 
 impl Rules {
     pub(super) fn new(settings: Settings, mode: MotionMode) -> Self {
-        Self { settings, mode, last_moving: MotionMode::Straight, active_rows: 0 }
+        Self { settings, mode, last_moving: MotionMode::Straight, active_rows: 0, settling: 0, have_turned: false }
+    }
+
+    /// What the magnitude of the yaw rate is compared with at the next row, rad/s.
+    pub(super) fn yaw_threshold(&self) -> f64 {
+        if self.mode == MotionMode::Cornering { self.settings.yaw_off } else { self.settings.yaw_on }
     }
 
     /// Decide one row and say by which rule; where two fire, the later one.
     pub(super) fn decide(&mut self, row: &Row) -> Rule {
+        self.have_turned |= row.wheels == WheelState::Turn;
         let mut rule = if self.mode == MotionMode::Stationary { self.leave_rest(row) } else { self.come_to_rest(row) };
         if self.mode != MotionMode::Stationary {
             let yaw_rate = row.statistics.yaw_rate.abs();
@@ -138,25 +161,37 @@ impl Rules {
     }
 
     fn leave_rest(&mut self, row: &Row) -> Rule {
+        if self.settling > 0 && row.wheels == WheelState::Stand {
+            self.settling -= 1;
+            return Rule::Keep;
+        }
         self.active_rows = if row.indicator == 3 { self.active_rows + 1 } else { 0 };
         let rule = if row.statistics.force_step > row.force_step_threshold {
             Rule::LaunchByForce
         } else if self.settings.escape_rows > 0 && self.active_rows >= self.settings.escape_rows {
             Rule::LaunchByEscape
-        } else if row.wheels_turn {
+        } else if row.wheels == WheelState::Turn {
             Rule::Wheels
         } else {
             return Rule::Keep;
         };
         (self.mode, self.last_moving, self.active_rows) = (MotionMode::Straight, MotionMode::Straight, 0);
+        // A launch from standing wheels is believed before they begin to read.
+        self.have_turned &= row.wheels != WheelState::Stand;
         rule
     }
 
     fn come_to_rest(&mut self, row: &Row) -> Rule {
+        self.settling = 0;
+        if row.wheels == WheelState::Stand && self.have_turned {
+            self.have_turned = false;
+            (self.mode, self.settling, self.active_rows) = (MotionMode::Stationary, self.settings.settling_rows, 0);
+            return Rule::WheelsStand;
+        }
         if row.statistics.force_step > row.force_step_threshold || row.indicator != 1 {
             return Rule::Keep;
         }
-        if row.wheels_turn {
+        if row.wheels == WheelState::Turn {
             return Rule::Wheels;
         }
         if !row.is_full {
@@ -171,12 +206,12 @@ impl Rules {
 mod tests {
     use super::*;
 
-    const SETTINGS: Settings = Settings { yaw_on: 0.05, yaw_off: 0.035, escape_rows: 3 };
+    const SETTINGS: Settings = Settings { yaw_on: 0.05, yaw_off: 0.035, escape_rows: 3, settling_rows: 2 };
     const QUIET: Row = Row {
         statistics: Statistics { jerk: 0.0, tilt_rate: 0.0, force_step: 0.0, yaw_rate: 0.0 },
         indicator: 1,
         force_step_threshold: 0.16,
-        wheels_turn: false,
+        wheels: WheelState::Unknown,
         is_full: true,
     };
 
@@ -240,10 +275,23 @@ mod tests {
     fn motion_goes_on_while_anything_is_active_or_wheels_turn_or_windows_fill() {
         let mut rules = Rules::new(SETTINGS, MotionMode::Straight);
         assert_eq!(rules.decide(&with(0.0, 0.0, 2)), Rule::Keep);
-        assert_eq!(rules.decide(&Row { wheels_turn: true, ..QUIET }), Rule::Wheels);
+        assert_eq!(rules.decide(&Row { wheels: WheelState::Turn, ..QUIET }), Rule::Wheels);
         assert_eq!(rules.decide(&Row { is_full: false, ..QUIET }), Rule::Filling);
         assert_eq!((rules.decide(&QUIET), rules.mode), (Rule::Stop, MotionMode::Stationary));
-        assert_eq!(rules.decide(&Row { wheels_turn: true, ..QUIET }), Rule::Wheels);
+        assert_eq!(rules.decide(&Row { wheels: WheelState::Turn, ..QUIET }), Rule::Wheels);
         assert_eq!(rules.mode, MotionMode::Straight);
+    }
+
+    #[test]
+    fn standing_wheels_end_motion_while_the_body_still_rocks_and_a_launch_is_seen_all_the_same() {
+        let mut rules = Rules::new(SETTINGS, MotionMode::Straight);
+        let rocking = |wheels| Row { wheels, ..with(1.0, 0.0, 3) };
+        assert_eq!(rules.decide(&rocking(WheelState::Stand)), Rule::Keep, "they have not turned yet");
+        rules.decide(&rocking(WheelState::Turn));
+        let standing = [(); 3].map(|()| rules.decide(&rocking(WheelState::Stand)));
+        assert_eq!(standing, [Rule::WheelsStand, Rule::Keep, Rule::Keep]);
+        assert_eq!(rules.mode, MotionMode::Stationary);
+        assert_eq!(rules.decide(&rocking(WheelState::Stand)), Rule::LaunchByForce, "settled: the force counts again");
+        assert_eq!(rules.decide(&rocking(WheelState::Stand)), Rule::Keep, "and they do not take the launch back");
     }
 }
