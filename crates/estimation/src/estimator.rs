@@ -76,6 +76,19 @@ pub trait Estimator: Sized {
     /// [`EstimatorError`] when the estimator cannot go on; a measurement it refuses is a [`Notice`], not an error.
     fn step(&mut self, epoch: &Epoch) -> Result<Option<Self::Estimate>, EstimatorError>;
 
+    /// At the end of the drive: go on with a second, backward pass over the estimates, by work worth about `steps` steps.
+    ///
+    /// Returns the share of the pass that is done; it is called again until that is 1. An estimator without such a pass has
+    /// nothing to do.
+    fn look_back(&mut self, _rows: &mut Channel<Self::Estimate>, _steps: usize) -> f64 {
+        1.0
+    }
+
+    /// Share of a whole run that the second pass takes, 0 to 1; 0 without one.
+    fn look_back_share(&self) -> f64 {
+        0.0
+    }
+
     /// What it noticed so far.
     fn notices(&self) -> &Notices;
 }
@@ -138,6 +151,7 @@ pub enum RunError {
 pub struct Run<E: Estimator> {
     estimator: E,
     cursor: EpochCursor,
+    looked_back: f64,
     out: Channel<E::Estimate>,
 }
 
@@ -159,16 +173,20 @@ impl<E: Estimator> Run<E> {
         let estimator = E::new(params, &vehicle, &drive.start());
         let mut out = Channel::default();
         out.reserve(drive.imu.len());
-        Ok(Self { estimator, cursor: EpochCursor::default(), out })
+        Ok(Self { estimator, cursor: EpochCursor::default(), looked_back: 0.0, out })
     }
 
-    /// Step through at most `epochs` more epochs; `true` at the end of the drive.
+    /// Step through at most `epochs` more epochs, at the end of the drive through a second pass if there is one; `true` when
+    /// all is done.
     ///
     /// # Errors
     /// When the estimator gives up.
     pub fn advance(&mut self, drive: &Drive, epochs: usize) -> Result<bool, RunError> {
         for _ in 0..epochs {
-            let Some(epoch) = self.cursor.next(drive) else { return Ok(true) };
+            let Some(epoch) = self.cursor.next(drive) else {
+                self.looked_back = self.estimator.look_back(&mut self.out, epochs);
+                return Ok(self.looked_back >= 1.0);
+            };
             let estimate = self.estimator.step(&epoch).map_err(|source| RunError::Step {
                 estimator: E::NAME,
                 time: epoch.time,
@@ -181,9 +199,10 @@ impl<E: Estimator> Run<E> {
         Ok(false)
     }
 
-    /// Share of the drive done, 0 to 1.
+    /// Share of the run done, 0 to 1.
     pub fn fraction(&self, drive: &Drive) -> f64 {
-        self.cursor.fraction(drive)
+        let back = self.estimator.look_back_share();
+        self.cursor.fraction(drive) * (1.0 - back) + self.looked_back * back
     }
     /// The estimates so far.
     pub fn estimates(&self) -> &Channel<E::Estimate> {

@@ -7,6 +7,7 @@
 mod case_log;
 pub mod chi_square;
 pub mod estimator;
+pub mod gnss;
 pub mod gnss_ins;
 pub mod ins;
 pub mod kalman;

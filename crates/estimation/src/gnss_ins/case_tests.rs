@@ -4,6 +4,7 @@ use drivescope_drive::channel::{Channel, Series};
 use drivescope_drive::drive::Drive;
 use drivescope_drive::frames::{body_to_nav, wrap_angle};
 use drivescope_drive::geodesy::Geodetic;
+use drivescope_drive::satellites::{RAW_COLUMNS, RawGnss, Satellite};
 use drivescope_drive::vehicle::VehicleParams;
 use nalgebra::Vector3;
 
@@ -19,7 +20,29 @@ fn case(name: &str) -> Option<Drive> {
             column.iter_mut().for_each(|v| *v = v.to_radians());
         }
     }
-    Some(table.drive())
+    let mut drive = table.drive();
+    drive.raw_gnss = raw_gnss(name)?;
+    Some(drive)
+}
+
+/// The pseudoranges beside a case log; empty where the case has none.
+fn raw_gnss(name: &str) -> Option<RawGnss> {
+    let mut raw = RawGnss::default();
+    if !["table1", "urban"].contains(&name) {
+        return Some(raw);
+    }
+    let table = Table::read(&shared(&format!("spec/navigation/{name}_gnss.csv.gz"))?);
+    let time = table.column("t");
+    let columns = RAW_COLUMNS.map(|c| table.column(c));
+    let satellites: Vec<Satellite> = (0..time.len()).map(|row| Satellite::of_cells(&columns.map(|c| c[row]))).collect();
+    let mut first = 0;
+    for end in 1..=time.len() {
+        if end == time.len() || time[end] != time[first] {
+            raw.push(time[first], &satellites[first..end]).unwrap();
+            first = end;
+        }
+    }
+    Some(raw)
 }
 
 fn truth(drive: &Drive, name: &str, row: usize) -> f64 {
@@ -179,6 +202,41 @@ fn the_urban_drive_is_the_references() {
     assert_matches(&run(&drive, &aided), "urban_loose_aided");
     assert_matches(&run(&drive, &GnssInsParams { gate: false, ..aided.clone() }), "urban_loose_aided_nogate");
     assert_matches(&run(&drive, &GnssInsParams { odometer: false, ..aided }), "urban_loose_nhc");
+}
+
+/// SPEC navigation 13: tight coupling and smoother to 0.05 m; the other tolerances in proportion to those of the loose filter.
+fn assert_matches_within_five_centimetres(estimates: &Series, expected: &str) {
+    let Some(worst) = compare(estimates, expected) else { return };
+    assert!(worst.horizontal < 0.05 && worst.horizontal_share < 0.05 && worst.down < 0.05, "{expected}: {worst:?}");
+    assert!(worst.velocity < 0.0125 && worst.tilt_deg < 0.02 && worst.yaw_deg < 0.02, "{expected}: {worst:?}");
+    assert!(worst.accel_bias < 2.5e-3 && worst.gyro_bias < 2.5e-5, "{expected}: {worst:?}");
+    assert!(worst.sigma_share < 0.02, "{expected}: {worst:?}");
+}
+
+#[test]
+fn the_tightly_coupled_drives_are_the_references() {
+    let tight = |params: GnssInsParams| GnssInsParams { coupling: Coupling::Tight, ..params };
+    if let Some(drive) = case("table1") {
+        let aided = tight(params(&drive, 1000, true));
+        assert_matches_within_five_centimetres(&run(&drive, &aided), "table1_tight_aided");
+    }
+    let Some(drive) = case("urban") else { return };
+    let aided = tight(params(&drive, 900, true));
+    assert_matches_within_five_centimetres(&run(&drive, &tight(params(&drive, 900, false))), "urban_tight");
+    assert_matches_within_five_centimetres(&run(&drive, &aided), "urban_tight_aided");
+    assert_matches_within_five_centimetres(
+        &run(&drive, &GnssInsParams { gate: false, ..aided }),
+        "urban_tight_aided_nogate",
+    );
+}
+
+#[test]
+fn the_smoothed_drives_are_the_references() {
+    for (name, start) in [("table1", 1000), ("urban", 900)] {
+        let Some(drive) = case(name) else { return };
+        let smoothed = GnssInsParams { smoother: Smoother::Rts, ..params(&drive, start, true) };
+        assert_matches_within_five_centimetres(&run(&drive, &smoothed), &format!("{name}_rts"));
+    }
 }
 
 #[test]

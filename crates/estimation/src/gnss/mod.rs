@@ -1,0 +1,2 @@
+//! Receiver.
+pub mod sight;
