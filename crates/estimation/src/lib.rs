@@ -3,6 +3,7 @@
 //! Every estimator implements [`estimator::Estimator`]; [`registry`] lists them by name. Conventions are those of
 //! `drivescope_drive`; `docs/equations.md` maps the papers' equations to functions and tests.
 
+pub mod attitude;
 #[cfg(test)]
 mod case_log;
 pub mod chi_square;

@@ -107,6 +107,8 @@ estimators! {
     Slope = crate::slope::Slope,
     MotionMode = crate::motion_mode::MotionModeDetector,
     GnssIns = crate::gnss_ins::GnssIns,
+    Gnss = crate::gnss::GnssReceiver,
+    Attitude = crate::attitude::Attitude,
 }
 
 /// An estimator by name.

@@ -4,46 +4,12 @@ use drivescope_drive::channel::{Channel, Series};
 use drivescope_drive::drive::Drive;
 use drivescope_drive::frames::{body_to_nav, wrap_angle};
 use drivescope_drive::geodesy::Geodetic;
-use drivescope_drive::satellites::{RAW_COLUMNS, RawGnss, Satellite};
 use drivescope_drive::vehicle::VehicleParams;
 use nalgebra::Vector3;
 
 use super::*;
-use crate::case_log::{Table, shared};
+use crate::case_log::{Table, navigation_case, shared};
 use crate::ins::Navigation;
-
-/// A case log: degrees of the file become radians.
-fn case(name: &str) -> Option<Drive> {
-    let mut table = Table::read(&shared(&format!("spec/navigation/{name}.csv.gz"))?);
-    for (name, column) in table.names.iter().zip(&mut table.columns) {
-        if name.ends_with("_lat") || name.ends_with("_lon") {
-            column.iter_mut().for_each(|v| *v = v.to_radians());
-        }
-    }
-    let mut drive = table.drive();
-    drive.raw_gnss = raw_gnss(name)?;
-    Some(drive)
-}
-
-/// The pseudoranges beside a case log; empty where the case has none.
-fn raw_gnss(name: &str) -> Option<RawGnss> {
-    let mut raw = RawGnss::default();
-    if !["table1", "urban"].contains(&name) {
-        return Some(raw);
-    }
-    let table = Table::read(&shared(&format!("spec/navigation/{name}_gnss.csv.gz"))?);
-    let time = table.column("t");
-    let columns = RAW_COLUMNS.map(|c| table.column(c));
-    let satellites: Vec<Satellite> = (0..time.len()).map(|row| Satellite::of_cells(&columns.map(|c| c[row]))).collect();
-    let mut first = 0;
-    for end in 1..=time.len() {
-        if end == time.len() || time[end] != time[first] {
-            raw.push(time[first], &satellites[first..end]).unwrap();
-            first = end;
-        }
-    }
-    Some(raw)
-}
 
 fn truth(drive: &Drive, name: &str, row: usize) -> f64 {
     drive.truth.column(name).unwrap()[row]
@@ -172,7 +138,7 @@ fn replay(drive: &Drive, params: &GnssInsParams) -> Series {
 
 #[test]
 fn the_table_1_drive_is_the_references() {
-    let Some(drive) = case("table1") else { return };
+    let Some(drive) = navigation_case("table1") else { return };
     assert_matches(&run(&drive, &params(&drive, 1000, false)), "table1_loose");
     assert_matches(&run(&drive, &params(&drive, 1000, true)), "table1_loose_aided");
 }
@@ -180,7 +146,7 @@ fn the_table_1_drive_is_the_references() {
 /// A start yaw wrong by 45 or -20 deg converges without alignment because P0 admits the error.
 #[test]
 fn a_wrong_start_yaw_converges_as_in_the_reference() {
-    let Some(drive) = case("table1") else { return };
+    let Some(drive) = navigation_case("table1") else { return };
     for (offset, settled, name) in [(45.0f64, 15.9, "table1_offset+45"), (-20.0, 13.9, "table1_offset-20")] {
         let mut params = params(&drive, 1000, true);
         params.initial_yaw += offset.to_radians();
@@ -196,7 +162,7 @@ fn a_wrong_start_yaw_converges_as_in_the_reference() {
 
 #[test]
 fn the_urban_drive_is_the_references() {
-    let Some(drive) = case("urban") else { return };
+    let Some(drive) = navigation_case("urban") else { return };
     let aided = params(&drive, 900, true);
     assert_matches(&run(&drive, &params(&drive, 900, false)), "urban_loose");
     assert_matches(&run(&drive, &aided), "urban_loose_aided");
@@ -216,11 +182,11 @@ fn assert_matches_within_five_centimetres(estimates: &Series, expected: &str) {
 #[test]
 fn the_tightly_coupled_drives_are_the_references() {
     let tight = |params: GnssInsParams| GnssInsParams { coupling: Coupling::Tight, ..params };
-    if let Some(drive) = case("table1") {
+    if let Some(drive) = navigation_case("table1") {
         let aided = tight(params(&drive, 1000, true));
         assert_matches_within_five_centimetres(&run(&drive, &aided), "table1_tight_aided");
     }
-    let Some(drive) = case("urban") else { return };
+    let Some(drive) = navigation_case("urban") else { return };
     let aided = tight(params(&drive, 900, true));
     assert_matches_within_five_centimetres(&run(&drive, &tight(params(&drive, 900, false))), "urban_tight");
     assert_matches_within_five_centimetres(&run(&drive, &aided), "urban_tight_aided");
@@ -233,7 +199,7 @@ fn the_tightly_coupled_drives_are_the_references() {
 #[test]
 fn the_smoothed_drives_are_the_references() {
     for (name, start) in [("table1", 1000), ("urban", 900)] {
-        let Some(drive) = case(name) else { return };
+        let Some(drive) = navigation_case(name) else { return };
         let smoothed = GnssInsParams { smoother: Smoother::Rts, ..params(&drive, start, true) };
         assert_matches_within_five_centimetres(&run(&drive, &smoothed), &format!("{name}_rts"));
     }
@@ -241,7 +207,7 @@ fn the_smoothed_drives_are_the_references() {
 
 #[test]
 fn the_obstacle_drive_replayed_from_the_truth_is_the_references() {
-    let Some(drive) = case("obstacle") else { return };
+    let Some(drive) = navigation_case("obstacle") else { return };
     let estimates = replay(&drive, &params(&drive, 0, true));
     assert_matches(&estimates, "obstacle_loose_aided");
     let (rms, largest) = horizontal_errors(&drive, &estimates, 0.0, f64::MAX);
@@ -251,7 +217,7 @@ fn the_obstacle_drive_replayed_from_the_truth_is_the_references() {
 /// SPEC 10.5: root mean square and largest horizontal error over the drive, multipath, outage and canyon; 10 % or 0.05 m.
 #[test]
 fn the_urban_summary_is_the_specifications() {
-    let Some(drive) = case("urban") else { return };
+    let Some(drive) = navigation_case("urban") else { return };
     let aided = params(&drive, 900, true);
     let runs = [
         ("loose", params(&drive, 900, false), [7.62, 0.81, 0.93, 11.5, 24.0, 19.5, 46.5]),
@@ -277,7 +243,7 @@ fn the_urban_summary_is_the_specifications() {
 /// Blind the satellites for four windows of 60 s: the largest error in each, SPEC 10.5 and issue 7 (at most 1.2 m).
 #[test]
 fn outages_of_a_minute_are_bridged_by_odometer_and_constraint() {
-    let Some(drive) = case("urban") else { return };
+    let Some(drive) = navigation_case("urban") else { return };
     let windows = [80.0, 220.0, 300.0, 500.0].map(|t| (t, t + 60.0));
     let aided = params(&drive, 900, true);
     let runs = [
@@ -312,7 +278,7 @@ fn outages_of_a_minute_are_bridged_by_odometer_and_constraint() {
 #[test]
 fn without_a_given_yaw_the_course_aligns_the_filter() {
     for (name, start, rms) in [("table1", 10.0, 0.66), ("urban", 18.0, 0.70)] {
-        let Some(drive) = case(name) else { return };
+        let Some(drive) = navigation_case(name) else { return };
         let estimates = run(&drive, &GnssInsParams::default());
         let (yaw, time) = (estimates.column("yaw").unwrap(), estimates.time());
         let known = yaw.iter().position(|y| y.is_finite()).unwrap();
@@ -332,7 +298,7 @@ fn without_a_given_yaw_the_course_aligns_the_filter() {
 /// A fixed error of 12 m passes the gate only after the filter has doubted itself for 60 epochs: then it gives in.
 #[test]
 fn a_locked_out_filter_opens_up_after_sixty_refusals() {
-    let Some(drive) = case("table1") else { return };
+    let Some(drive) = navigation_case("table1") else { return };
     let mut estimator = GnssIns::new(&params(&drive, 1000, true), &VehicleParams::default(), &drive.start());
     let mut accepted = Vec::new();
     for mut epoch in drive.epochs() {

@@ -16,7 +16,7 @@ pub mod covariance;
 mod estimate;
 pub mod filter;
 mod fix;
-mod inertial;
+pub mod inertial;
 pub mod measurement;
 pub mod ranging;
 pub mod running;

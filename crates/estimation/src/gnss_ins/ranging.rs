@@ -216,7 +216,8 @@ mod tests {
     #[test]
     fn range_rows_are_the_derivatives_of_range_and_rate() {
         let zero = SVector::zeros();
-        let models: [(&dyn Fn(&SVector<f64, ALL_STATES>) -> Prediction<1>, f64); 2] = [
+        type Model = dyn Fn(&SVector<f64, ALL_STATES>) -> Prediction<1>;
+        let models: [(&Model, f64); 2] = [
             (&|x| range(&indicated(x).0, &ANTENNA, &satellite()), 1e-5),
             (
                 &|x| {
