@@ -55,24 +55,24 @@ fn bits(series: &Series) -> Vec<u64> {
     series.time().iter().map(|t| t.to_bits()).chain(columns).collect()
 }
 
-fn whole<E: Estimator>(drive: &Drive) -> Series {
-    run::<E>(drive, &E::Params::default(), None).unwrap_or_else(|e| panic!("{}: {e}", E::NAME)).into_series()
+fn whole<E: Estimator>(drive: &Drive, params: &E::Params) -> Series {
+    run::<E>(drive, params, None).unwrap_or_else(|e| panic!("{}: {e}", E::NAME)).into_series()
 }
 
-fn the_same_drive_gives_the_same_bits<E: Estimator>(drive: &Drive) {
-    assert!(bits(&whole::<E>(drive)) == bits(&whole::<E>(drive)), "{}", E::NAME);
+fn the_same_drive_gives_the_same_bits<E: Estimator>(drive: &Drive, params: &E::Params) {
+    assert!(bits(&whole::<E>(drive, params)) == bits(&whole::<E>(drive, params)), "{}", E::NAME);
 }
 
-fn a_run_in_pieces_gives_the_same_bits_as_one_in_one_go<E: Estimator>(drive: &Drive) {
-    let mut pieces = Run::<E>::new(drive, &E::Params::default(), None).unwrap();
+fn a_run_in_pieces_gives_the_same_bits_as_one_in_one_go<E: Estimator>(drive: &Drive, params: &E::Params) {
+    let mut pieces = Run::<E>::new(drive, params, None).unwrap();
     let mut size = 1;
     while !pieces.advance(drive, size).unwrap() {
         size = size % 97 + 13;
     }
-    assert!(bits(&pieces.into_series()) == bits(&whole::<E>(drive)), "{}", E::NAME);
+    assert!(bits(&pieces.into_series()) == bits(&whole::<E>(drive, params)), "{}", E::NAME);
 }
 
-fn a_sensor_that_is_not_used_changes_nothing<E: Estimator>(drive: &Drive) {
+fn a_sensor_that_is_not_used_changes_nothing<E: Estimator>(drive: &Drive, params: &E::Params) {
     let mut more = drive.clone();
     let (start, end) = drive.span().unwrap();
     let mut t = start + 0.0031;
@@ -81,7 +81,7 @@ fn a_sensor_that_is_not_used_changes_nothing<E: Estimator>(drive: &Drive) {
         more.accel_array.push(t, AccelArray::default()).unwrap();
         t += 0.0173;
     }
-    assert!(bits(&whole::<E>(&more)) == bits(&whole::<E>(drive)), "{}", E::NAME);
+    assert!(bits(&whole::<E>(&more, params)) == bits(&whole::<E>(drive, params)), "{}", E::NAME);
 }
 
 fn a_parameter_outside_its_range_is_refused<E: Estimator>(drive: &Drive) {
@@ -113,10 +113,10 @@ fn check_row<E: Estimator>(estimate: &E::Estimate, time: f64) {
     }
 }
 
-fn hostile_samples_never_panic_and_never_stay<E: Estimator>(drive: &Drive) {
+fn hostile_samples_never_panic_and_never_stay<E: Estimator>(drive: &Drive, params: &E::Params) {
     for seed in 0..6 {
         let mut random = Random(seed);
-        let mut estimator = E::new(&E::Params::default(), &VehicleParams::default(), &drive.start());
+        let mut estimator = E::new(params, &VehicleParams::default(), &drive.start());
         let mut cursor = EpochCursor::default();
         let mut shift = 0.0;
         let step = |estimator: &mut E, epoch: &Epoch| {
@@ -156,7 +156,7 @@ fn hostile_samples_never_panic_and_never_stay<E: Estimator>(drive: &Drive) {
                 alive.iter_mut().zip(&row).for_each(|(a, v)| *a |= is_late && v.is_finite());
             }
         }
-        let clean = whole::<E>(drive);
+        let clean = whole::<E>(drive, params);
         let first = clean.time().partition_point(|&t| t <= end - 5.0);
         for (index, column) in E::Estimate::COLUMNS.iter().enumerate() {
             let was_alive = clean.column_at(index)[first..].iter().any(|v| v.is_finite());
@@ -170,7 +170,7 @@ fn more_noise_never_makes_it_surer<E: Estimator>(drive: &Drive, param: &str, sig
     let spec = E::Params::SPECS.iter().find(|s| s.name == param).unwrap_or_else(|| panic!("{}: {param}", E::NAME));
     let Kind::Number { default, .. } = spec.kind else { panic!("{param} is not a number") };
     let noisier = E::Params::from_json(&json!({ param: default * factor })).unwrap();
-    let before = whole::<E>(drive);
+    let before = whole::<E>(drive, &E::Params::default());
     let after = run::<E>(drive, &noisier, None).unwrap().into_series();
     let mean = |s: &Series| {
         let values: Vec<f64> = s.column(sigma).unwrap().iter().copied().filter(|v| v.is_finite()).collect();
@@ -180,29 +180,42 @@ fn more_noise_never_makes_it_surer<E: Estimator>(drive: &Drive, param: &str, sig
     assert!(mean(&after) >= mean(&before), "{}: {param} x {factor} shrinks {sigma}", E::NAME);
 }
 
+/// The laws that hold for every setting of an estimator: one that chooses between filters has them for each.
+macro_rules! run_laws {
+    ($name:ident, $estimator:ty, $params:tt) => {
+        mod $name {
+            use super::*;
+            fn params() -> <$estimator as Estimator>::Params {
+                Params::from_json(&json!($params)).unwrap()
+            }
+            #[test]
+            fn is_deterministic() {
+                the_same_drive_gives_the_same_bits::<$estimator>(&built_in(40.0, 7), &params());
+            }
+            #[test]
+            fn steps_like_it_runs() {
+                a_run_in_pieces_gives_the_same_bits_as_one_in_one_go::<$estimator>(&built_in(40.0, 7), &params());
+            }
+            #[test]
+            fn ignores_what_it_does_not_use() {
+                a_sensor_that_is_not_used_changes_nothing::<$estimator>(&built_in(40.0, 7), &params());
+            }
+            #[test]
+            fn survives_hostile_samples() {
+                hostile_samples_never_panic_and_never_stay::<$estimator>(&built_in(90.0, 7), &params());
+            }
+        }
+    };
+}
+
 macro_rules! estimator_laws {
     ($name:ident, $estimator:ty, [$($param:literal => $sigma:literal),*]) => {
         mod $name {
             use super::*;
-            #[test]
-            fn is_deterministic() {
-                the_same_drive_gives_the_same_bits::<$estimator>(&built_in(40.0, 7));
-            }
-            #[test]
-            fn steps_like_it_runs() {
-                a_run_in_pieces_gives_the_same_bits_as_one_in_one_go::<$estimator>(&built_in(40.0, 7));
-            }
-            #[test]
-            fn ignores_what_it_does_not_use() {
-                a_sensor_that_is_not_used_changes_nothing::<$estimator>(&built_in(40.0, 7));
-            }
+            run_laws!(default, $estimator, {});
             #[test]
             fn refuses_parameters_out_of_range() {
                 a_parameter_outside_its_range_is_refused::<$estimator>(&built_in(2.0, 7));
-            }
-            #[test]
-            fn survives_hostile_samples() {
-                hostile_samples_never_panic_and_never_stay::<$estimator>(&built_in(90.0, 7));
             }
             $(
             #[test]
@@ -218,3 +231,58 @@ estimator_laws!(slope, drivescope_estimation::slope::Slope, ["wheel_sigma" => "s
 estimator_laws!(orientation, drivescope_estimation::orientation::Orientation, ["field_sigma" => "yaw_sigma"]);
 estimator_laws!(motion_mode, drivescope_estimation::motion_mode::MotionModeDetector, []);
 estimator_laws!(gnss_ins, drivescope_estimation::gnss_ins::GnssIns, ["gnss_scale" => "north_sigma"]);
+estimator_laws!(attitude, drivescope_estimation::attitude::Attitude, ["accel_sigma" => "roll_sigma"]);
+
+mod gnss_ins_variants {
+    use super::*;
+    use drivescope_estimation::gnss_ins::GnssIns;
+    run_laws!(smoothed, GnssIns, { "smoother": "rts", "odometer_scale": true });
+    run_laws!(with_fading_biases, GnssIns, { "smoother": "rts", "accel_bias_time": 300.0, "gyro_bias_time": 600.0 });
+}
+
+/// The beginning of a drive whose receiver gives the ranges of single satellites.
+fn with_satellites(seconds: f64) -> Drive {
+    let spec = drivescope_simulation::named("table1").unwrap();
+    let mut simulation = drivescope_simulation::Simulation::new(&spec, Some(7)).unwrap();
+    simulation.advance(seconds);
+    simulation.drive().clone()
+}
+
+macro_rules! satellite_laws {
+    ($name:ident, $estimator:ty, $params:tt) => {
+        mod $name {
+            use super::*;
+            fn params() -> <$estimator as Estimator>::Params {
+                Params::from_json(&json!($params)).unwrap()
+            }
+            #[test]
+            fn is_deterministic_and_steps_like_it_runs() {
+                the_same_drive_gives_the_same_bits::<$estimator>(&with_satellites(40.0), &params());
+                a_run_in_pieces_gives_the_same_bits_as_one_in_one_go::<$estimator>(&with_satellites(40.0), &params());
+            }
+            #[test]
+            fn ignores_what_it_does_not_use() {
+                a_sensor_that_is_not_used_changes_nothing::<$estimator>(&with_satellites(40.0), &params());
+            }
+            #[test]
+            fn survives_hostile_samples() {
+                hostile_samples_never_panic_and_never_stay::<$estimator>(&with_satellites(90.0), &params());
+            }
+        }
+    };
+}
+
+satellite_laws!(gnss, drivescope_estimation::gnss::GnssReceiver, {});
+satellite_laws!(gnss_ins_tight, drivescope_estimation::gnss_ins::GnssIns, { "coupling": "tight", "smoother": "rts" });
+
+mod orientation_variants {
+    use super::*;
+    use drivescope_estimation::orientation::Orientation;
+    run_laws!(triad, Orientation, {"variant": "triad"});
+    run_laws!(ekf_model, Orientation, {"variant": "ekf_model"});
+    run_laws!(ekf_nomodel, Orientation, {"variant": "ekf_nomodel"});
+    run_laws!(model, Orientation, {"variant": "model"});
+    run_laws!(road, Orientation, {"variant": "road"});
+    run_laws!(robust, Orientation, {"variant": "robust"});
+    run_laws!(robust_ax, Orientation, {"variant": "robust_ax"});
+}

@@ -1,6 +1,8 @@
 //! What a step, a megabyte of CSV and an hour of driving cost. The same work runs natively (`drivescope bench`) and in a
 //! browser (the door's `bench_json`); `cargo xtask bench` sets both side by side.
 
+mod navigation;
+
 use drivescope_drive::channel::{Channel, Record};
 use drivescope_drive::csv::write_drive;
 use drivescope_drive::drive::Drive;
@@ -89,6 +91,7 @@ fn timed<T>(clock: &impl Fn() -> f64, work: impl FnOnce() -> T) -> (f64, T) {
 fn estimate_all(drive: &Drive) -> Result<(), String> {
     ESTIMATORS
         .iter()
+        .filter(|e| e.needs.iter().all(|n| !n.required || drive.has(n.signal)))
         .try_for_each(|e| run_by_name(e.name, drive, &Value::Null, None).map(drop))
         .map_err(|e| e.to_string())
 }
@@ -99,7 +102,7 @@ fn bench(clock: &impl Fn() -> f64, rounds: usize) -> Result<Report, String> {
     let (simulated, drive) = timed(clock, || drivescope_simulation::simulate(&spec, None));
     let drive = drive.map_err(|e| e.to_string())?;
     let mut entries = vec![Entry { name: "simulate ten minutes".into(), unit: "s", samples: vec![simulated] }];
-    for e in ESTIMATORS {
+    for e in ESTIMATORS.iter().filter(|e| e.needs.iter().all(|n| !n.required || drive.has(n.signal))) {
         let mut samples = Vec::new();
         for _ in 0..rounds {
             let (time, run) = timed(clock, || run_by_name(e.name, &drive, &Value::Null, None));
@@ -107,6 +110,7 @@ fn bench(clock: &impl Fn() -> f64, rounds: usize) -> Result<Report, String> {
         }
         entries.push(Entry { name: format!("step {}", e.name), unit: "ns", samples });
     }
+    entries.extend(navigation::entries(clock, &drive, rounds)?);
     let together = (0..rounds).map(|_| {
         let (time, outcome) = timed(clock, || estimate_all(&drive));
         outcome.map(|()| time)

@@ -2,6 +2,7 @@
 
 mod log;
 mod output;
+mod papers;
 mod report;
 
 use std::io::Write;
@@ -72,6 +73,14 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         gnss_raw: Option<PathBuf>,
     },
+    /// Try what the papers claim, on drives simulated here, and print the numbers and the verdicts.
+    Papers {
+        /// A chapter (`orientation`) or one claim (`orientation/static_vectors`); all of them without it.
+        id: Option<String>,
+        /// Print JSON instead of text.
+        #[arg(long)]
+        json: bool,
+    },
     /// Measure what a step, a megabyte of CSV and an hour of driving cost; prints JSON.
     #[command(hide = true)]
     Bench {
@@ -108,6 +117,7 @@ fn main() -> ExitCode {
             run(&log, &estimator, params.as_deref(), &set, vehicle.as_deref(), &out, metrics.as_deref())
         }
         Command::Simulate { drive, seed, out, gnss_raw } => simulate(&drive, seed, &out, gnss_raw.as_deref()),
+        Command::Papers { id, json } => papers::papers(id.as_deref(), json).and_then(|text| output::print(&text)),
         Command::Bench { quick, .. } => {
             let begin = std::time::Instant::now();
             let report = drivescope_bench::bench_json(|| begin.elapsed().as_secs_f64(), quick);

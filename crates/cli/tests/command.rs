@@ -146,3 +146,15 @@ fn lists_name_everything_there_is() {
         serde_json::from_slice::<serde_json::Value>(&json.stdout).unwrap();
     }
 }
+
+#[test]
+fn papers_prints_numbers_and_a_verdict_and_knows_its_claims() {
+    let tried = drivescope(&["papers", "orientation/static_vectors", "--json"]);
+    assert!(tried.status.success(), "{}", String::from_utf8_lossy(&tried.stderr));
+    let tried: serde_json::Value = serde_json::from_slice(&tried.stdout).unwrap();
+    assert_eq!(tried[0]["verdict"], "supported");
+    assert!(tried[0]["figures"].as_array().unwrap().len() > 1);
+    let unknown = drivescope(&["papers", "nothing"]);
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&unknown.stderr).contains("orientation/static_vectors"));
+}

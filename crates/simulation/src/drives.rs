@@ -1,6 +1,8 @@
 //! The drives that ship with Drivescope, one declarative file each.
 
-use crate::spec::DriveSpec;
+use serde_json::Value;
+
+use crate::spec::{DriveSpec, SpecError};
 
 /// A drive that ships with Drivescope.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -199,6 +201,22 @@ pub fn named(name: &str) -> Option<DriveSpec> {
     DriveSpec::from_json(drive.json).ok()
 }
 
+/// A shipped drive with fields of its file replaced by those of a JSON object, as in `{"heading_deg": 90}`.
+///
+/// # Errors
+/// [`SpecError`] when there is no such drive, or when the changed one does not pass its checks.
+pub fn named_with(name: &str, changes: &Value) -> Result<DriveSpec, SpecError> {
+    let Some(drive) = DRIVES.iter().find(|d| d.name == name) else {
+        let known = DRIVES.iter().map(|d| d.name).collect::<Vec<_>>().join(", ");
+        return Err(SpecError::Unknown { path: "drive".into(), value: name.into(), known });
+    };
+    let mut file: Value = serde_json::from_str(drive.json).map_err(|e| SpecError::Json(e.to_string()))?;
+    if let (Some(file), Some(changes)) = (file.as_object_mut(), changes.as_object()) {
+        file.extend(changes.iter().map(|(field, value)| (field.clone(), value.clone())));
+    }
+    DriveSpec::from_json(&file.to_string())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -210,5 +228,14 @@ mod tests {
             assert_eq!((spec.name.as_str(), spec.description.as_str()), (drive.name, drive.doc));
         }
         assert!(named("none").is_none());
+    }
+
+    #[test]
+    fn a_changed_drive_differs_in_its_changes_alone_and_is_checked() {
+        let (own, turned) = (named("hill80").unwrap(), serde_json::json!({"heading_deg": 98}));
+        let changed = named_with("hill80", &turned).unwrap();
+        assert_eq!(changed, DriveSpec { heading_deg: 98.0, ..own });
+        assert!(named_with("hill80", &serde_json::json!({"heading": 98})).is_err(), "an unknown field");
+        assert!(named_with("hill", &turned).is_err());
     }
 }

@@ -34,7 +34,7 @@ pub mod spec;
 pub mod truth;
 pub mod tyre;
 
-pub use drives::{NamedDrive, drives, named};
+pub use drives::{NamedDrive, drives, named, named_with};
 pub use run::{Simulation, fingerprint, simulate};
 pub use sketch::{Sketch, sketch};
 pub use spec::{DriveSpec, SpecError};

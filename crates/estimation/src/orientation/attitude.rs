@@ -3,31 +3,52 @@
 use drivescope_drive::frames::Euler;
 use nalgebra::{Matrix3, Vector3};
 
-/// Predicted body-frame field `h = C(roll, pitch, yaw) H` and its derivatives by roll, pitch and yaw (columns).
-///
-/// `C` maps navigation to body. Source: Hwang & Choi 2016 (1) and (12). Departure: element (1, 2) of (12) repeats
-/// `cos pitch cos yaw` in print; here it is `cos pitch sin yaw`, as a rotation needs.
-pub(super) fn predicted_field(attitude: &Euler, reference: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
-    let (sr, cr) = attitude.roll.sin_cos();
-    let (sp, cp) = attitude.pitch.sin_cos();
-    let (sy, cy) = attitude.yaw.sin_cos();
-    // Turned by yaw, then by pitch: (ahead, right, below).
-    let ahead = cy * reference.x + sy * reference.y;
-    let right = -sy * reference.x + cy * reference.y;
-    let x = cp * ahead - sp * reference.z;
-    let below = sp * ahead + cp * reference.z;
-    let (y, z) = (sr * below + cr * right, cr * below - sr * right);
-    let by_roll = Vector3::new(0.0, z, -y);
-    let by_pitch = Vector3::new(-below, sr * x, cr * x);
-    let by_yaw = Vector3::new(cp * right, sr * sp * right - cr * ahead, cr * sp * right + sr * ahead);
-    (Vector3::new(x, y, z), Matrix3::from_columns(&[by_roll, by_pitch, by_yaw]))
+/// Sines and cosines of an attitude.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rotation {
+    roll: (f64, f64),
+    pitch: (f64, f64),
+    yaw: (f64, f64),
 }
 
-/// Direction of gravity in the body frame: the third column of `C`.
+impl Rotation {
+    pub(super) fn new(attitude: &Euler) -> Self {
+        Self { roll: attitude.roll.sin_cos(), pitch: attitude.pitch.sin_cos(), yaw: attitude.yaw.sin_cos() }
+    }
+
+    /// Predicted body-frame field `h = C(roll, pitch, yaw) H` and its derivatives by roll, pitch and yaw (columns).
+    ///
+    /// `C` maps navigation to body. Source: Hwang & Choi 2016 (1) and (12). Departure: element (1, 2) of (12) repeats
+    /// `cos pitch cos yaw` in print; here it is `cos pitch sin yaw`, as a rotation needs.
+    pub(super) fn predicted_field(&self, reference: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+        let ((sr, cr), (sp, cp), (sy, cy)) = (self.roll, self.pitch, self.yaw);
+        // Turned by yaw, then by pitch: (ahead, right, below).
+        let ahead = cy * reference.x + sy * reference.y;
+        let right = -sy * reference.x + cy * reference.y;
+        let x = cp * ahead - sp * reference.z;
+        let below = sp * ahead + cp * reference.z;
+        let (y, z) = (sr * below + cr * right, cr * below - sr * right);
+        let by_roll = Vector3::new(0.0, z, -y);
+        let by_pitch = Vector3::new(-below, sr * x, cr * x);
+        let by_yaw = Vector3::new(cp * right, sr * sp * right - cr * ahead, cr * sp * right + sr * ahead);
+        (Vector3::new(x, y, z), Matrix3::from_columns(&[by_roll, by_pitch, by_yaw]))
+    }
+
+    /// Direction of gravity in the body frame: the third column of `C`.
+    pub(super) fn down(&self) -> Vector3<f64> {
+        let ((sr, cr), (sp, cp)) = (self.roll, self.pitch);
+        Vector3::new(-sp, sr * cp, cr * cp)
+    }
+}
+
+/// [`Rotation::predicted_field`] of an attitude.
+pub(super) fn predicted_field(attitude: &Euler, reference: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+    Rotation::new(attitude).predicted_field(reference)
+}
+
+/// [`Rotation::down`] of an attitude.
 pub(super) fn down_in_body(attitude: &Euler) -> Vector3<f64> {
-    let (sr, cr) = attitude.roll.sin_cos();
-    let (sp, cp) = attitude.pitch.sin_cos();
-    Vector3::new(-sp, sr * cp, cr * cp)
+    Rotation::new(attitude).down()
 }
 
 #[cfg(test)]

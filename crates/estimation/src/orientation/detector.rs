@@ -3,23 +3,40 @@
 use super::params::OrientationParams;
 
 /// Time constant of both poles of the speed derivative, s.
-const TIME_CONSTANT: f64 = 0.2;
+const SPEED_TIME: f64 = 0.2;
 /// Slack of the dwell comparison, s: sums of steps are not exact.
 const SLACK: f64 = 1e-9;
 
 /// Derivative of a sampled signal behind two equal poles (SPEC orientation 4).
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Derivative {
+    time_constant: f64,
     smoothed: Option<f64>,
     value: f64,
 }
 
 impl Derivative {
+    /// With poles of `time_constant` s.
+    pub(super) fn new(time_constant: f64) -> Self {
+        Self { time_constant, smoothed: None, value: 0.0 }
+    }
+
+    /// That of the speed.
+    pub(super) fn of_speed() -> Self {
+        Self::new(SPEED_TIME)
+    }
+
+    /// Share by which either pole of the speed's derivative follows its input in `dt`.
+    pub(super) fn speed_gain(dt: f64) -> f64 {
+        dt / (SPEED_TIME + dt)
+    }
+
     /// Fold in one sample after `dt` and return the derivative; the first sample only starts it.
     pub(super) fn step(&mut self, sample: f64, dt: f64) -> f64 {
         let smoothed = self.smoothed.unwrap_or(sample);
-        let gain = dt / (TIME_CONSTANT + dt);
-        let slope = (sample - smoothed) / (TIME_CONSTANT + dt);
+        let over = 1.0 / (self.time_constant + dt);
+        let gain = dt * over;
+        let slope = (sample - smoothed) * over;
         self.smoothed = Some(smoothed + gain * (sample - smoothed));
         self.value += gain * (slope - self.value);
         self.value
@@ -81,7 +98,7 @@ mod tests {
 
     #[test]
     fn the_derivative_of_a_ramp_is_its_slope() {
-        let mut d = Derivative::default();
+        let mut d = Derivative::of_speed();
         assert_eq!(d.step(5.0, 0.01), 0.0);
         // 5 s are 25 time constants: what is left of the start is below 1e-9.
         let last = (1..=500).map(|k| d.step(5.0 + 0.03 * f64::from(k), 0.01)).last().unwrap();

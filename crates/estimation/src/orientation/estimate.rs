@@ -17,8 +17,30 @@ record! {
         yaw: "rad", truth "yaw";
         /// 1-sigma of yaw.
         yaw_sigma: "rad", sigma_of "yaw";
+        /// Roll of the body against the road; road filters only.
+        suspension_roll: "rad", truth "suspension_roll";
+        /// 1-sigma of the suspension's roll.
+        suspension_roll_sigma: "rad", sigma_of "suspension_roll";
+        /// Pitch of the body against the road; road filters only.
+        suspension_pitch: "rad", truth "suspension_pitch";
+        /// 1-sigma of the suspension's pitch.
+        suspension_pitch_sigma: "rad", sigma_of "suspension_pitch";
+        /// Bank of the road, right side down positive; road filters only.
+        road_bank: "rad", truth "bank";
+        /// 1-sigma of the bank.
+        road_bank_sigma: "rad", sigma_of "road_bank";
+        /// Grade of the road, uphill positive; road filters only.
+        road_grade: "rad", truth "grade";
+        /// 1-sigma of the grade.
+        road_grade_sigma: "rad", sigma_of "road_grade";
+        /// Bias of the yaw gyro; road filters only.
+        gyro_bias: "rad/s", truth "gyro_bias_z";
+        /// 1-sigma of the gyro bias.
+        gyro_bias_sigma: "rad/s", sigma_of "gyro_bias";
         /// Sideslip: course less yaw, where a course arrives and the speed is above 3 m/s.
         sideslip: "rad", truth "sideslip";
+        /// 1-sigma of the sideslip, from those of yaw and course.
+        sideslip_sigma: "rad", sigma_of "sideslip";
         /// Whether the car goes straight and steadily: 1 or 0.
         is_static: "1";
         /// Strength of the measured field less that of the reference.
@@ -28,5 +50,18 @@ record! {
         /// Normalized innovation squared of the magnetic field; none where the filter did not use it. Mostly below 1 and at times
         /// far above: the sigma is larger than the sensor's noise, but the model knows neither grade nor bank.
         field_nis: "1", nis 3;
+        /// What was made of the magnetic field: 0 used, 1 used with less weight, 2 left out, 3 believed again after long doubt.
+        gate: "1";
+        /// Why a field was left out: 1 strength, 2 dip, 3 it does not fit the attitude, 4 one of them a moment ago; 0 it was not.
+        gate_reason: "1";
+        /// Normalized innovation squared of the lateral acceleration; road filters only.
+        lateral_nis: "1", nis 1;
+    }
+}
+
+impl OrientationEstimate {
+    /// No value in any column.
+    pub(super) fn blank() -> Self {
+        drivescope_drive::channel::Record::read(|_| f64::NAN)
     }
 }

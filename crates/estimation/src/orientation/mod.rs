@@ -1,19 +1,25 @@
 //! Roll, pitch and yaw of a car from a magnetometer, a yaw gyro, a lateral accelerometer and the speed.
 //!
 //! Variants, from one vector pair per sample to a filter that knows the suspension; the default switches between them.
-//! Source: Hwang & Choi 2016, as corrected by SPEC orientation sections 3 to 6; bad input as in section 12.
+//! Source: Hwang & Choi 2016, as corrected by SPEC orientation sections 3 to 6; beyond it the road filters of sections 8 and
+//! 9; bad input as in section 12.
 //!
 //! Inertial epochs drive the filter. Speeds are held; a magnetic sample or a course of another epoch waits for the next
 //! inertial one and is used once. Departure: before the first usable field there is no estimate (the specification puts
 //! out zeros).
-//! Not modelled: disturbed fields, bank under the suspension model, grade under the static solution.
+//! Not modelled: bank under the suspension model, grade under the static solution; but for the robust variants, disturbed
+//! fields.
 
 mod attitude;
+mod cone;
 mod detector;
 mod ekf;
 mod estimate;
+mod gate;
 mod model;
 mod params;
+mod road;
+mod road_model;
 mod sanitize;
 #[cfg(test)]
 mod tests;
@@ -25,9 +31,14 @@ use drivescope_drive::vehicle::VehicleParams;
 use nalgebra::{Vector3, Vector5, vector};
 
 use self::attitude::down_in_body;
+use self::cone::gravity_on_cone;
 use self::detector::{Derivative, StaticDetector};
 use self::ekf::{GyroFilter, Noise, SprungFilter, midpoint};
+use self::gate::Decision;
 use self::model::{Input, PitchDrive, Rates, Suspension, open_loop_rates};
+use self::road::{Reference, RoadFilter, RoadFindings, RoadSample, RoadSetup};
+#[cfg(test)]
+use self::road_model::RoadModel;
 use self::sanitize::{Inertial, Sanitizer};
 use self::triad::{Triad, pseudo_gravity};
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
@@ -60,7 +71,8 @@ pub struct Orientation {
     suspension: Suspension,
     noise: Noise,
     rates: Rates,
-    reference: Vector3<f64>,
+    road: RoadSetup,
+    reference: Reference,
     triad: Triad,
     sanitizer: Sanitizer,
     derivative: Derivative,
@@ -82,6 +94,7 @@ enum Filter {
     OpenLoop(Vector5<f64>),
     Gyro(GyroFilter),
     Sprung(SprungFilter),
+    Road(Box<RoadFilter>),
 }
 
 /// One sample, fit for the filters.
@@ -89,6 +102,10 @@ enum Filter {
 struct Sample {
     input: Input,
     speed: f64,
+    speed_change: f64,
+    accel_x: Option<f64>,
+    /// Whether yaw rate, lateral force and speed are fresh.
+    is_fresh: bool,
     field: Option<Vector3<f64>>,
     is_static: bool,
     dt: f64,
@@ -100,6 +117,20 @@ struct Findings {
     sigma: [f64; 3],
     dip_error: f64,
     nis: f64,
+    decision: Option<Decision>,
+    lateral_nis: f64,
+}
+
+impl Findings {
+    fn new(sigma: [f64; 3], dip_error: f64, nis: f64) -> Self {
+        Self { sigma, dip_error, nis, decision: None, lateral_nis: f64::NAN }
+    }
+
+    /// A field that was left out is no innovation of the filter.
+    fn of_road(sigma: [f64; 3], f: &RoadFindings) -> Self {
+        let nis = if matches!(f.decision, Some(Decision::Leave(_))) { f64::NAN } else { f.nis };
+        Self { decision: f.decision, lateral_nis: f.lateral_nis, ..Self::new(sigma, f.dip_error, nis) }
+    }
 }
 
 impl Estimator for Orientation {
@@ -124,16 +155,18 @@ impl Estimator for Orientation {
     type Estimate = OrientationEstimate;
 
     fn new(params: &OrientationParams, vehicle: &VehicleParams, start: &LogStart) -> Self {
-        let reference = vector![params.field_north, params.field_east, params.field_down];
+        let field = vector![params.field_north, params.field_east, params.field_down];
+        let strength = field.norm();
         Self {
             params: params.clone(),
             suspension: Suspension::new(vehicle),
             noise: Noise::new(params),
             rates: if params.printed_rates { Rates::Printed } else { Rates::Euler },
-            reference,
-            triad: Triad::new(&reference),
-            sanitizer: Sanitizer::new(start.speed, reference.norm()),
-            derivative: Derivative::default(),
+            road: RoadSetup::new(params, vehicle),
+            reference: Reference { field, strength, dip: (field.z / strength).clamp(-1.0, 1.0).asin() },
+            triad: Triad::new(&field),
+            sanitizer: Sanitizer::new(start.speed, strength),
+            derivative: Derivative::of_speed(),
             detector: StaticDetector::new(params),
             filter: None,
             last: Euler::default(),
@@ -152,16 +185,16 @@ impl Estimator for Orientation {
         let field = self.field.take().filter(|(t, _)| epoch.time - t <= LONGEST_WAIT).map(|(_, field)| field);
         if self.filter.is_none() {
             let Some(field) = field else { return Ok(None) };
-            self.start(&field, inertial.accel_y);
+            self.start(&field, &inertial);
         }
-        let sample = self.sample(&inertial, field, dt);
+        let sample = self.sample(&inertial, field, epoch.time, dt);
         let findings = self.step_filter(&sample);
         let findings = if is_in_range(&self.attitude()) { findings } else { None };
         if findings.is_none() {
             self.notices.add(RESTARTED, epoch.time);
             self.filter = None;
             if let Some(field) = field {
-                self.start(&field, inertial.accel_y);
+                self.start(&field, &inertial);
             }
         } else {
             self.last = self.attitude();
@@ -208,19 +241,28 @@ impl Orientation {
         }
         self.notices.add(GAP, time);
         self.filter = None;
-        self.derivative = Derivative::default();
+        self.derivative = Derivative::of_speed();
         self.detector = StaticDetector::new(&self.params);
         Some(FIRST_STEP)
     }
 
     /// Start the chosen variant at the static attitude, or where it was last if there is none.
-    fn start(&mut self, field: &Vector3<f64>, accel_y: f64) {
+    fn start(&mut self, field: &Vector3<f64>, inertial: &Inertial) {
+        let accel_y = inertial.accel_y;
+        if matches!(self.params.variant, Variant::Road | Variant::Robust | Variant::RobustAx) {
+            let gravity = accel_y - self.sanitizer.speed() * inertial.yaw_rate;
+            let down = gravity_on_cone(field, gravity, &self.reference.field, self.last.pitch);
+            let attitude = down.or_else(|| pseudo_gravity(gravity)).and_then(|d| self.triad.attitude(field, &d));
+            let filter = RoadFilter::new(&self.road, &attitude.unwrap_or(self.last), accel_y);
+            self.filter = Some(Filter::Road(Box::new(filter)));
+            return;
+        }
         let attitude = self.static_attitude(field, accel_y).unwrap_or(self.last);
         self.filter = Some(match self.params.variant {
             Variant::Triad => Filter::Static(attitude),
             Variant::Model => Filter::OpenLoop(vector![0.0, 0.0, 0.0, 0.0, attitude.yaw]),
             Variant::EkfNoModel => Filter::Gyro(GyroFilter::new(&attitude, self.noise)),
-            Variant::EkfModel | Variant::Switch => Filter::Sprung(SprungFilter::new(&attitude, self.noise)),
+            _ => Filter::Sprung(SprungFilter::new(&attitude, self.noise)),
         });
     }
 
@@ -228,9 +270,11 @@ impl Orientation {
         self.triad.attitude(field, &pseudo_gravity(accel_y)?)
     }
 
-    fn sample(&mut self, inertial: &Inertial, field: Option<Vector3<f64>>, dt: f64) -> Sample {
+    fn sample(&mut self, inertial: &Inertial, field: Option<Vector3<f64>>, time: f64, dt: f64) -> Sample {
         let speed = self.sanitizer.speed();
         let change = self.derivative.step(speed, dt);
+        let [has_yaw_rate, has_accel_y] = inertial.has;
+        let seen = if has_yaw_rate { inertial.yaw_rate } else { f64::NAN };
         let pitch = match (self.params.pitch_force, inertial.accel_x) {
             (PitchForce::Sensor, Some(force)) => PitchDrive::Given(force),
             (PitchForce::None, _) => PitchDrive::Given(0.0),
@@ -239,8 +283,11 @@ impl Orientation {
         Sample {
             input: Input { yaw_rate: inertial.yaw_rate, accel_y: inertial.accel_y, pitch },
             speed,
+            speed_change: change,
+            accel_x: inertial.accel_x,
+            is_fresh: has_yaw_rate && has_accel_y && self.sanitizer.has_speed(time),
             field,
-            is_static: self.detector.step(speed, inertial.yaw_rate, change, dt),
+            is_static: self.detector.step(speed, seen, change, dt),
             dt,
         }
     }
@@ -254,6 +301,7 @@ impl Orientation {
             }
             Some(Filter::Gyro(f)) => f.attitude(),
             Some(Filter::Sprung(f)) => f.attitude(),
+            Some(Filter::Road(f)) => f.attitude(),
         }
     }
 
@@ -266,62 +314,82 @@ impl Orientation {
             }
             _ => None,
         };
-        let reference = self.reference;
-        let dip = |down: Option<Vector3<f64>>| dip_error(s.field.as_ref(), down.as_ref(), &reference);
+        if let Some(Filter::Road(f)) = &mut self.filter {
+            let findings = f.step(&s.of_road(), &self.reference)?;
+            return Some(Findings::of_road(f.sigma(), &findings));
+        }
+        let reference = self.reference.field;
+        let dip = |down: Option<Vector3<f64>>| dip_error(s.field.as_ref(), down.as_ref(), self.reference.dip);
         let none = [f64::NAN; 3];
         match self.filter.as_mut()? {
             Filter::Static(attitude) => {
                 *attitude = fixed.unwrap_or(*attitude);
-                Some(Findings { sigma: none, dip_error: dip(down), nis: f64::NAN })
+                Some(Findings::new(none, dip(down), f64::NAN))
             }
             Filter::OpenLoop(x) => {
                 *x = midpoint(x, |x| open_loop_rates(x, &s.input, &self.suspension), s.dt);
                 let attitude = self.attitude();
-                Some(Findings { sigma: none, dip_error: dip(Some(down_in_body(&attitude))), nis: f64::NAN })
+                Some(Findings::new(none, dip(Some(down_in_body(&attitude))), f64::NAN))
             }
             Filter::Gyro(f) => {
                 f.predict(s.input.yaw_rate, self.rates, s.dt);
                 let dip_error = dip(Some(down_in_body(&f.attitude())));
                 let nis = s.field.map_or(Ok(f64::NAN), |field| f.update(&field, &reference)).ok()?;
-                Some(Findings { sigma: f.sigma(), dip_error, nis })
+                Some(Findings::new(f.sigma(), dip_error, nis))
             }
             Filter::Sprung(f) => {
                 if let Some(attitude) = fixed {
                     *f = SprungFilter::new(&attitude, self.noise);
-                    return Some(Findings { sigma: f.sigma(), dip_error: dip(down), nis: f64::NAN });
+                    return Some(Findings::new(f.sigma(), dip(down), f64::NAN));
                 }
                 f.predict(&s.input, &self.suspension, self.rates, s.dt);
                 let dip_error = dip(Some(down_in_body(&f.attitude())));
                 let nis = s.field.map_or(Ok(f64::NAN), |field| f.update(&field, &reference)).ok()?;
-                Some(Findings { sigma: f.sigma(), dip_error, nis })
+                Some(Findings::new(f.sigma(), dip_error, nis))
             }
+            Filter::Road(_) => None,
         }
     }
 
     fn estimate(&mut self, time: f64, s: &Sample, findings: Option<Findings>) -> OrientationEstimate {
         let course = self.course.take().filter(|(t, _)| time - t <= LONGEST_WAIT && s.speed > SIDESLIP_SPEED);
-        let Euler { roll, pitch, yaw } = self.last;
-        let none = Findings { sigma: [f64::NAN; 3], dip_error: f64::NAN, nis: f64::NAN };
-        let Findings { sigma: [roll_sigma, pitch_sigma, yaw_sigma], dip_error, nis } = findings.unwrap_or(none);
-        OrientationEstimate {
-            roll,
-            roll_sigma,
-            pitch,
-            pitch_sigma,
-            yaw,
-            yaw_sigma,
-            sideslip: course.map_or(f64::NAN, |(_, course)| wrap_angle(course - yaw)),
-            is_static: f64::from(u8::from(s.is_static)),
-            field_norm_error: s.field.map_or(f64::NAN, |f| f.norm() - self.reference.norm()),
-            dip_error,
-            field_nis: nis,
+        let f = findings.unwrap_or(Findings::new([f64::NAN; 3], f64::NAN, f64::NAN));
+        let mut out = OrientationEstimate::blank();
+        (out.roll, out.pitch, out.yaw) = (self.last.roll, self.last.pitch, self.last.yaw);
+        [out.roll_sigma, out.pitch_sigma, out.yaw_sigma] = f.sigma;
+        if let Some((_, course)) = course {
+            out.sideslip = wrap_angle(course - out.yaw);
+            out.sideslip_sigma = out.yaw_sigma.hypot(self.params.course_sigma);
+        }
+        out.is_static = f64::from(u8::from(s.is_static));
+        out.field_norm_error = s.field.map_or(f64::NAN, |field| field.norm() - self.reference.strength);
+        (out.dip_error, out.field_nis, out.lateral_nis) = (f.dip_error, f.nis, f.lateral_nis);
+        if let Some(decision) = f.decision {
+            (out.gate, out.gate_reason) = (decision.code(), decision.reason());
+        }
+        if let (Some(Filter::Road(filter)), Some(_)) = (&self.filter, &findings) {
+            filter.fill(&mut out);
+        }
+        out
+    }
+}
+
+impl Sample {
+    fn of_road(&self) -> RoadSample<'_> {
+        RoadSample {
+            input: &self.input,
+            speed: self.speed,
+            speed_change: self.speed_change,
+            accel_x: self.accel_x,
+            is_fresh: self.is_fresh,
+            field: self.field.as_ref(),
+            dt: self.dt,
         }
     }
 }
 
 /// Angle of the field below the plane normal to `down`, less that of the reference, rad; NaN without a field.
-fn dip_error(field: Option<&Vector3<f64>>, down: Option<&Vector3<f64>>, reference: &Vector3<f64>) -> f64 {
+fn dip_error(field: Option<&Vector3<f64>>, down: Option<&Vector3<f64>>, reference: f64) -> f64 {
     let (Some(field), Some(down)) = (field, down) else { return f64::NAN };
-    let dip = |sine: f64| sine.clamp(-1.0, 1.0).asin();
-    dip(field.dot(down) / field.norm()) - dip(reference.z / reference.norm())
+    (field.dot(down) / field.norm()).clamp(-1.0, 1.0).asin() - reference
 }

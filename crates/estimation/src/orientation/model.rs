@@ -45,12 +45,12 @@ pub(super) enum Rates {
 /// Springs and dampers, divided by the inertias.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Suspension {
-    roll_stiffness: f64,
-    roll_damping: f64,
-    roll_lever: f64,
-    pitch_stiffness: f64,
-    pitch_damping: f64,
-    pitch_lever: f64,
+    pub(super) roll_stiffness: f64,
+    pub(super) roll_damping: f64,
+    pub(super) roll_lever: f64,
+    pub(super) pitch_stiffness: f64,
+    pub(super) pitch_damping: f64,
+    pub(super) pitch_lever: f64,
 }
 
 impl Suspension {
@@ -66,13 +66,18 @@ impl Suspension {
         }
     }
 
+    /// Roll and pitch against the road, rad, at which lateral and forward specific force are in balance with the springs.
+    pub(super) fn at_rest(&self, accel_y: f64, accel_x: f64) -> (f64, f64) {
+        (-self.roll_lever * accel_y / self.roll_stiffness, self.pitch_lever * accel_x / self.pitch_stiffness)
+    }
+
     /// Roll acceleration at roll `angle` and rate `rate`, rad/s^2.
-    fn roll_acceleration(&self, angle: f64, rate: f64, u: &Input) -> f64 {
+    pub(super) fn roll_acceleration(&self, angle: f64, rate: f64, u: &Input) -> f64 {
         -self.roll_stiffness * angle - self.roll_damping * rate - self.roll_lever * u.accel_y // (5)
     }
 
     /// Pitch acceleration at pitch `angle` (whose sine is `sin`) and rate `rate`, rad/s^2.
-    fn pitch_acceleration(&self, angle: f64, sin: f64, rate: f64, u: &Input) -> f64 {
+    pub(super) fn pitch_acceleration(&self, angle: f64, sin: f64, rate: f64, u: &Input) -> f64 {
         let force = match u.pitch {
             PitchDrive::Derived(change) => change + GRAVITY * sin,
             PitchDrive::Given(force) => force,

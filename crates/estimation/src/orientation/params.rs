@@ -15,6 +15,12 @@ choice! {
         EkfNoModel = "ekf_nomodel",
         /// Suspension and yaw rate alone, open loop; knows neither bank nor grade.
         Model = "model",
+        /// Kalman filter that also estimates bank and grade of the road and the bias of the yaw gyro; believes every field.
+        Road = "road",
+        /// The road filter behind a gate that leaves disturbed magnetic fields out.
+        Robust = "robust",
+        /// The robust filter with the forward accelerometer, which knows the grade where the field is disturbed.
+        RobustAx = "robust_ax",
     }
 }
 
@@ -67,5 +73,49 @@ params! {
         dynamic_forward ("ax_out"): number = 1.0, "m/s^2", 0.1 ..= 5.0 Log, from "SPEC orientation 4";
         /// How long driving has to be calm before it counts as static.
         static_dwell ("dwell"): number = 0.5, "s", 0.0 ..= 5.0 Linear, from "SPEC orientation 4";
+        /// Noise of the course over ground; only widens the sigma of the sideslip.
+        course_sigma ("s_chi"): number = 0.2_f64.to_radians(), "rad", 0.0001 ..= 0.2 Log, from "SPEC orientation 4 (0.2 deg)";
+        /// Random walk of the road's bank; larger lets the bank change faster.
+        bank_walk ("s_bank"): number = 4.0_f64.to_radians(), "rad/sqrt(s)", 0.0034 ..= 0.35 Log, from "SPEC orientation 4 (4 deg/sqrt(s))";
+        /// Random walk of the road's grade; larger lets the grade change faster.
+        grade_walk ("s_grade"): number = 2.0_f64.to_radians(), "rad/sqrt(s)", 0.0034 ..= 0.35 Log, from "SPEC orientation 4 (2 deg/sqrt(s))";
+        /// Time in which an unobserved bank falls back to level; larger remembers it longer.
+        bank_time ("tau_bank"): number = 60.0, "s", 5.0 ..= 100000.0 Log, from "SPEC orientation 4";
+        /// Time in which an unobserved grade falls back to level; larger remembers it longer.
+        grade_time ("tau_grade"): number = 60.0, "s", 5.0 ..= 100000.0 Log, from "SPEC orientation 4";
+        /// Random walk of yaw in the road filters; larger follows the field more.
+        road_yaw_walk ("s_psi_road"): number = 0.15_f64.to_radians(), "rad/sqrt(s)", 0.00017 ..= 0.088 Log, from "SPEC orientation 4 (0.15 deg/sqrt(s))";
+        /// Random walk of the body's roll and pitch rates against the road; larger trusts the springs less.
+        suspension_walk ("s_susp"): number = 0.15, "rad/s/sqrt(s)", 0.0 ..= 2.0 Linear, from "SPEC orientation 4";
+        /// Random walk of the yaw gyro's bias; larger follows faster.
+        gyro_bias_walk ("s_bias"): number = 0.003_f64.to_radians(), "rad/s/sqrt(s)", 0.000001 ..= 0.001 Log, from "SPEC orientation 4 (0.003 deg/s/sqrt(s))";
+        /// Yaw-gyro bias at the start, 1-sigma; larger learns it faster.
+        gyro_bias_start ("p_bias"): number = 0.3_f64.to_radians(), "rad/s", 0.0001 ..= 0.05 Log, from "SPEC orientation 4 (0.3 deg/s)";
+        /// Correlation time of lateral acceleration that neither turn nor road explains; larger lets it last.
+        mismatch_time ("tau_d"): number = 0.30, "s", 0.05 ..= 2.0 Log, from "SPEC orientation 4";
+        /// Size of lateral acceleration that neither turn nor road explains; larger reads less bank into it.
+        mismatch_sigma ("s_d"): number = 0.4, "m/s^2", 0.1 ..= 3.0 Log, from "SPEC orientation 4";
+        /// Error of the lateral accelerometer; larger trusts the field more.
+        lateral_sigma ("s_lat"): number = 0.15, "m/s^2", 0.05 ..= 2.0 Log, from "SPEC orientation 4";
+        /// What a turn does to bank and grade: 0 the road turns with the car, 1 the car turns on a fixed plane.
+        turn_share ("lam"): number = 0.5, "1", 0.0 ..= 1.0 Linear, from "SPEC orientation 4";
+        /// Slip stiffness of the rear axle over its load; larger means less slip when the turn changes.
+        rear_slip_stiffness ("K_r"): number = 20.0, "1/rad", 8.0 ..= 40.0 Linear, from "SPEC orientation 4";
+        /// Error of the field's strength above which it counts less.
+        gate_norm_soft ("n_soft"): number = 1.5, "uT", 0.5 ..= 20.0 Log, from "SPEC orientation 4";
+        /// Error of the field's strength above which it is left out.
+        gate_norm_hard ("n_hard"): number = 5.0, "uT", 0.5 ..= 20.0 Log, from "SPEC orientation 4";
+        /// Error of the field's dip above which it is left out.
+        gate_dip_hard ("dip_hard"): number = 6.0_f64.to_radians(), "rad", 0.0174 ..= 0.524 Log, from "SPEC orientation 4 (6 deg)";
+        /// Normalized innovation squared above which a field counts less.
+        gate_nis_soft ("nis_soft"): number = 11.34, "1", 1.0 ..= 200.0 Log, from "SPEC orientation 4 (99 % of chi-square with 3 degrees of freedom)";
+        /// Normalized innovation squared above which a field is left out.
+        gate_nis_hard ("nis_hard"): number = 40.0, "1", 3.0 ..= 1000.0 Log, from "SPEC orientation 4";
+        /// How long fields are left out after a strange one.
+        gate_hold ("hold"): number = 0.6, "s", 0.0 ..= 5.0 Linear, from "SPEC orientation 4";
+        /// After how long a field that is strange, but of the right strength, is believed again.
+        gate_recovery ("rec_time"): number = 25.0, "s", 5.0 ..= 120.0 Log, from "SPEC orientation 4";
+        /// Error of the forward accelerometer against the change of speed, a sample; it is coloured, so that this is large.
+        forward_sigma ("s_lon"): number = 2.0, "m/s^2", 0.2 ..= 5.0 Log, from "SPEC orientation 4";
     }
 }

@@ -10,6 +10,8 @@ const HOLD: f64 = 0.2;
 const LARGEST_YAW_RATE: f64 = 5.0;
 const LARGEST_ACCEL: f64 = 30.0;
 const LARGEST_SPEED: f64 = 120.0;
+/// How long a speed may be held before the lateral acceleration is no longer explained by it, s.
+const SPEED_HOLD: f64 = 1.0;
 /// Field strengths outside these multiples of the reference are faults.
 const WEAKEST: f64 = 0.2;
 const STRONGEST: f64 = 3.0;
@@ -54,6 +56,8 @@ pub(super) struct Inertial {
     pub(super) accel_y: f64,
     /// Forward specific force, m/s^2; `None` when it is missing for too long.
     pub(super) accel_x: Option<f64>,
+    /// Whether the yaw rate is a measurement, if a held one, and whether the lateral force is.
+    pub(super) has: [bool; 2],
 }
 
 /// Guard of the filters' inputs (SPEC orientation 12).
@@ -63,6 +67,7 @@ pub(super) struct Sanitizer {
     accel_y: Held,
     accel_x: Held,
     speed: f64,
+    speed_time: f64,
     field_strength: f64,
 }
 
@@ -74,6 +79,7 @@ impl Sanitizer {
             accel_y: Held::new(LARGEST_ACCEL),
             accel_x: Held::new(LARGEST_ACCEL),
             speed: if speed.abs() <= LARGEST_SPEED { speed } else { 0.0 },
+            speed_time: f64::NAN,
             field_strength,
         }
     }
@@ -88,13 +94,14 @@ impl Sanitizer {
             yaw_rate: yaw_rate.unwrap_or(0.0),
             accel_y: accel_y.unwrap_or(0.0),
             accel_x: self.accel_x.take(imu.accel_x, dt, time, notices),
+            has: [yaw_rate.is_some(), accel_y.is_some()],
         }
     }
 
     /// Hold a speed if it is one.
     pub(super) fn hold_speed(&mut self, speed: f64, time: f64, notices: &mut Notices) {
         if speed.abs() <= LARGEST_SPEED {
-            self.speed = speed;
+            (self.speed, self.speed_time) = (speed, time);
         } else if !speed.is_nan() {
             notices.add(OUT_OF_RANGE, time);
         }
@@ -103,6 +110,11 @@ impl Sanitizer {
     /// The last good speed, m/s.
     pub(super) fn speed(&self) -> f64 {
         self.speed
+    }
+
+    /// Whether that speed is not too old to explain what is felt now.
+    pub(super) fn has_speed(&self, time: f64) -> bool {
+        time - self.speed_time <= SPEED_HOLD
     }
 
     /// A magnetic sample as a vector; `None` if it is incomplete or cannot be the Earth's field.
@@ -134,8 +146,8 @@ mod tests {
         let first_lost = held.iter().position(|h| h.accel_x.is_none()).unwrap();
         // Twenty sums of 0.01 may lie on either side of 0.2.
         assert!((19..=20).contains(&first_lost), "{first_lost}");
-        assert_eq!(held[5], Inertial { yaw_rate: 0.3, accel_y: 2.0, accel_x: Some(1.0) });
-        assert_eq!(held[24], Inertial { yaw_rate: 0.0, accel_y: 0.0, accel_x: None });
+        assert_eq!(held[5], Inertial { yaw_rate: 0.3, accel_y: 2.0, accel_x: Some(1.0), has: [true; 2] });
+        assert_eq!(held[24], Inertial { yaw_rate: 0.0, accel_y: 0.0, accel_x: None, has: [false; 2] });
         assert_eq!(n.list().len(), 2);
     }
 
