@@ -137,6 +137,14 @@ impl Series {
         }
     }
 
+    /// The time column and a column whose values may be changed.
+    ///
+    /// # Panics
+    /// When `index` is outside the schema.
+    pub fn column_mut(&mut self, index: usize) -> (&[f64], &mut [f64]) {
+        (&self.time, &mut self.columns[index])
+    }
+
     /// Make room for `rows` more rows.
     pub fn reserve(&mut self, rows: usize) {
         self.time.reserve(rows);
@@ -264,6 +272,10 @@ impl<R: Record> Channel<R> {
     /// The samples in time order.
     pub fn iter(&self) -> impl Iterator<Item = (f64, R)> + '_ {
         (0..self.len()).map(|i| self.at(i))
+    }
+    /// The columns without the row type; their values may be changed, their number and times not.
+    pub(crate) fn series_mut(&mut self) -> &mut Series {
+        &mut self.series
     }
     /// The columns without the row type.
     pub fn series(&self) -> &Series {

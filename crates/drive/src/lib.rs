@@ -33,6 +33,7 @@ pub mod channel;
 pub mod csv;
 pub mod decimate;
 pub mod drive;
+pub mod fault;
 pub mod frames;
 pub mod geodesy;
 pub mod param;

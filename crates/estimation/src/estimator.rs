@@ -6,6 +6,7 @@ use drivescope_drive::param::{ParamError, Params};
 use drivescope_drive::vehicle::VehicleParams;
 
 use crate::kalman::NotPositiveDefinite;
+use crate::outage::Blindfold;
 
 /// A signal that an estimator reads, and what it costs to be without it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -152,6 +153,7 @@ pub struct Run<E: Estimator> {
     estimator: E,
     cursor: EpochCursor,
     looked_back: f64,
+    blindfold: Option<Blindfold>,
     out: Channel<E::Estimate>,
 }
 
@@ -173,7 +175,12 @@ impl<E: Estimator> Run<E> {
         let estimator = E::new(params, &vehicle, &drive.start());
         let mut out = Channel::default();
         out.reserve(drive.imu.len());
-        Ok(Self { estimator, cursor: EpochCursor::default(), looked_back: 0.0, out })
+        Ok(Self { estimator, cursor: EpochCursor::default(), looked_back: 0.0, blindfold: None, out })
+    }
+
+    /// Hide a sensor's samples in some windows, from here on.
+    pub fn blind(&mut self, blindfold: Blindfold) {
+        self.blindfold = Some(blindfold);
     }
 
     /// Step through at most `epochs` more epochs, at the end of the drive through a second pass if there is one; `true` when
@@ -183,10 +190,13 @@ impl<E: Estimator> Run<E> {
     /// When the estimator gives up.
     pub fn advance(&mut self, drive: &Drive, epochs: usize) -> Result<bool, RunError> {
         for _ in 0..epochs {
-            let Some(epoch) = self.cursor.next(drive) else {
+            let Some(mut epoch) = self.cursor.next(drive) else {
                 self.looked_back = self.estimator.look_back(&mut self.out, epochs);
                 return Ok(self.looked_back >= 1.0);
             };
+            if let Some(blindfold) = &self.blindfold {
+                blindfold.apply(&mut epoch);
+            }
             let estimate = self.estimator.step(&epoch).map_err(|source| RunError::Step {
                 estimator: E::NAME,
                 time: epoch.time,

@@ -14,6 +14,7 @@ pub mod ins;
 pub mod kalman;
 pub mod motion_mode;
 pub mod orientation;
+pub mod outage;
 pub mod registry;
 pub mod score;
 pub mod slope;

@@ -43,9 +43,10 @@ record! {
         accel_bias_z: "m/s^2", truth "accel_bias_z";
         /// Its sigma.
         accel_bias_z_sigma: "m/s^2", sigma_of "accel_bias_z";
-        /// Normalized innovation squared of the specific force against gravity and the change of speed.
+        /// Normalized innovation squared of the specific force against gravity and the change of speed. Above 1 where bumps, sideslip
+        /// and a sensor away from the rear axle add accelerations that speed and yaw rate do not tell.
         force_nis: "1", nis 3;
-        /// Normalized innovation squared of the satellite course.
+        /// Normalized innovation squared of the satellite course. Below 1 because its sigma leaves room for sideslip.
         course_nis: "1", nis 1;
         /// 1 where the specific force was used, 0 where it was refused.
         force_accepted: "1";

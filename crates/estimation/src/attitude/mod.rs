@@ -7,7 +7,7 @@
 //! Departure: the specific force is averaged over the time in which the speed changed (half a second by default) and compared
 //! once: a speed differenced over a tenth of a second has a noise of 0.7 m/s^2 where 0.15 are assumed.
 //! Not modelled: vertical acceleration, the lateral acceleration of a changing sideslip, the rotation of the Earth. Near a
-//! pitch of 90 deg the angles mean nothing: beyond 89 deg the estimator gives up.
+//! pitch of 90 deg the angles mean nothing: beyond 89 deg it starts anew.
 
 mod estimate;
 pub mod model;
@@ -27,7 +27,7 @@ use self::model::{Covariance, GYRO_BIAS, State, YAW};
 use crate::chi_square;
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
 use crate::gnss_ins::inertial::{Hold, Sample};
-use crate::kalman::{self, Observation, Outcome};
+use crate::kalman::{self, Outcome};
 
 /// Speed below which a car stands, m/s: by odometer, and by satellites.
 const STANDING: [f64; 2] = [0.02, 0.3];
@@ -124,8 +124,12 @@ impl Estimator for Attitude {
         }
         self.time = Some(epoch.time);
         let mut row = AttitudeEstimate::default();
+        if self.is_running && !self.advance(&sample, dt, epoch.time) {
+            self.notices.add("the pitch left its range: levelled again", epoch.time);
+            self.restart();
+            return Ok(None);
+        }
         if self.is_running {
-            self.advance(&sample, dt, epoch.time)?;
             self.compare_force(epoch.time, &mut row);
             self.compare_course(&mut row);
         } else if !self.start(&sample, dt, epoch.time) {
@@ -226,15 +230,24 @@ impl Attitude {
         true
     }
 
-    /// Move on by one sample.
-    fn advance(&mut self, sample: &Sample, dt: f64, time: f64) -> Result<(), EstimatorError> {
+    /// Forget the state; speed and course stay.
+    fn restart(&mut self) {
+        self.is_running = false;
+        self.is_yaw_known = false;
+        self.rest = Mean::default();
+        self.window = Mean::default();
+        self.reference = None;
+    }
+
+    /// Move on by one sample; whether the angles still mean something.
+    fn advance(&mut self, sample: &Sample, dt: f64, time: f64) -> bool {
         if dt > LONGEST_STEP {
             self.notices.add("hole in the inertial data: the angles stay and are doubted", time);
             let doubt = (0.2 * dt).min(UNKNOWN_YAW_SIGMA).powi(2);
             (YAW..GYRO_BIAS).for_each(|k| self.covariance[(k, k)] += doubt);
             self.window = Mean::default();
             self.reference = None;
-            return Ok(());
+            return true;
         }
         let angles: Matrix3<f64> = model::kinematics(self.state[1], self.state[2]);
         let jacobian = model::rates_jacobian(&self.state, &sample.gyro);
@@ -244,23 +257,22 @@ impl Attitude {
         (0..3).for_each(|k| middle[k] += half[k]);
         let moved = model::rates(&middle, &sample.gyro) * dt;
         (0..3).for_each(|k| self.state[k] += moved[k]);
-        self.settle_angles()?;
+        if !self.settle_angles() {
+            return false;
+        }
         let p = &self.params;
         let noise = [p.gyro_noise, p.gyro_bias_walk, p.accel_bias_walk].map(|n| n * n * sample.noise_factor);
         model::propagate(&mut self.covariance, &jacobian, &angles, noise, dt);
         self.window.add(sample, dt);
-        Ok(())
+        true
     }
 
-    /// Yaw and roll into their turn; a pitch that means nothing ends the run.
-    fn settle_angles(&mut self) -> Result<(), EstimatorError> {
+    /// Yaw and roll into their turn; whether the pitch is in its range.
+    fn settle_angles(&mut self) -> bool {
         self.state[0] = wrap_angle(self.state[0]);
         self.state[2] = wrap_angle(self.state[2]);
         // What is not a number lies in no range.
-        if self.state[1].abs() < LARGEST_PITCH && self.state.iter().all(|v| v.is_finite()) {
-            return Ok(());
-        }
-        Err(EstimatorError::OutOfRange { what: "pitch" })
+        self.state[1].abs() < LARGEST_PITCH && self.state.iter().all(|v| v.is_finite())
     }
 
     /// Compare the mean specific force with the change of speed, once the speed is old enough.
@@ -290,16 +302,29 @@ impl Attitude {
         self.reference = Some((at, speed));
     }
 
-    fn fold_force(&mut self, forward: f64, rightward: f64, row: &mut AttitudeEstimate) {
+    fn fold_force(&mut self, forward: f64, rightward: f64, out: &mut AttitudeEstimate) {
         let measured = self.window.accel / self.window.samples;
         self.window = Mean::default();
         let (predicted, h) = model::specific_force(&self.state, forward, rightward, self.gravity);
-        let r = Matrix3::identity() * self.params.accel_sigma.powi(2);
-        let outcome =
-            kalman::update(&mut self.covariance, &Observation { y: measured - predicted, h, r }, self.gates[1]);
-        if let Ok(outcome) = outcome {
-            row.force_nis = outcome.nis();
-            row.force_accepted = self.take(&outcome);
+        // Three rows of equal noise, one after the other: their statistics add up to that of all three.
+        let (mut covariance, mut dx, mut nis) = (self.covariance, State::zeros(), 0.0);
+        for row in 0..3 {
+            let h = h.row(row).transpose();
+            let y = measured[row] - predicted[row] - h.dot(&dx);
+            let variance = self.params.accel_sigma.powi(2);
+            let Ok(Outcome::Accepted { dx: step, nis: one }) =
+                kalman::update_scalar(&mut covariance, y, &h, variance, None)
+            else {
+                return;
+            };
+            dx += step;
+            nis += one;
+        }
+        out.force_nis = nis;
+        out.force_accepted = 0.0;
+        if nis <= self.gates[1].unwrap_or(f64::MAX) {
+            self.covariance = covariance;
+            out.force_accepted = self.take(&dx);
         }
     }
 
@@ -321,13 +346,15 @@ impl Attitude {
         let y = wrap_angle(heading - self.state[YAW]);
         if let Ok(outcome) = kalman::update_scalar(&mut self.covariance, y, &h, sigma * sigma, self.gates[0]) {
             row.course_nis = outcome.nis();
-            row.course_accepted = self.take(&outcome);
+            row.course_accepted = match outcome {
+                Outcome::Accepted { dx, .. } => self.take(&dx),
+                Outcome::Rejected { .. } => 0.0,
+            };
         }
     }
 
-    /// Add an accepted correction; 1 if there was one.
-    fn take(&mut self, outcome: &Outcome<{ model::STATES }>) -> f64 {
-        let Outcome::Accepted { dx, .. } = outcome else { return 0.0 };
+    /// Add a correction; 1 for the column that says so.
+    fn take(&mut self, dx: &State) -> f64 {
         self.state += dx;
         self.state[YAW] = wrap_angle(self.state[YAW]);
         1.0
