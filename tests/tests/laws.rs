@@ -239,6 +239,49 @@ estimator_laws!(slope, drivescope_estimation::slope::Slope, ["wheel_sigma" => "s
 estimator_laws!(orientation, drivescope_estimation::orientation::Orientation, ["field_sigma" => "yaw_sigma"]);
 estimator_laws!(motion_mode, drivescope_estimation::motion_mode::MotionModeDetector, []);
 estimator_laws!(gnss_ins, drivescope_estimation::gnss_ins::GnssIns, ["gnss_scale" => "north_sigma"]);
+estimator_laws!(attitude, drivescope_estimation::attitude::Attitude, ["accel_sigma" => "roll_sigma"]);
+
+mod gnss_ins_variants {
+    use super::*;
+    use drivescope_estimation::gnss_ins::GnssIns;
+    run_laws!(smoothed, GnssIns, { "smoother": "rts", "odometer_scale": true });
+    run_laws!(with_fading_biases, GnssIns, { "smoother": "rts", "accel_bias_time": 300.0, "gyro_bias_time": 600.0 });
+}
+
+/// The beginning of a drive whose receiver gives the ranges of single satellites.
+fn with_satellites(seconds: f64) -> Drive {
+    let spec = drivescope_simulation::named("table1").unwrap();
+    let mut simulation = drivescope_simulation::Simulation::new(&spec, Some(7)).unwrap();
+    simulation.advance(seconds);
+    simulation.drive().clone()
+}
+
+macro_rules! satellite_laws {
+    ($name:ident, $estimator:ty, $params:tt) => {
+        mod $name {
+            use super::*;
+            fn params() -> <$estimator as Estimator>::Params {
+                Params::from_json(&json!($params)).unwrap()
+            }
+            #[test]
+            fn is_deterministic_and_steps_like_it_runs() {
+                the_same_drive_gives_the_same_bits::<$estimator>(&with_satellites(40.0), &params());
+                a_run_in_pieces_gives_the_same_bits_as_one_in_one_go::<$estimator>(&with_satellites(40.0), &params());
+            }
+            #[test]
+            fn ignores_what_it_does_not_use() {
+                a_sensor_that_is_not_used_changes_nothing::<$estimator>(&with_satellites(40.0), &params());
+            }
+            #[test]
+            fn survives_hostile_samples() {
+                hostile_samples_never_panic_and_never_stay::<$estimator>(&with_satellites(90.0), &params());
+            }
+        }
+    };
+}
+
+satellite_laws!(gnss, drivescope_estimation::gnss::GnssReceiver, {});
+satellite_laws!(gnss_ins_tight, drivescope_estimation::gnss_ins::GnssIns, { "coupling": "tight", "smoother": "rts" });
 
 mod orientation_variants {
     use super::*;

@@ -18,6 +18,33 @@ fn the_static_solution_fails_in_turns_and_is_good_on_a_bank() {
     assert_eq!(verdict("orientation/static_vectors"), Verdict::Supported);
 }
 
+/// Navigation grade ends a few metres off as the paper has it, the small sensors of such a car hundreds.
+#[test]
+fn inertial_navigation_alone_ends_a_metre_off_with_a_navigation_grade_sensor_only() {
+    assert_eq!(verdict("navigation/inertial_alone"), Verdict::Partly);
+}
+
+#[test]
+fn satellites_alone_scatter_and_the_receiver_filter_narrows_that() {
+    assert_eq!(verdict("navigation/receiver_alone"), Verdict::Supported);
+}
+
+/// No fix below four satellites; but four suffice, and a tightly coupled filter uses two.
+#[test]
+fn fewer_than_four_satellites_give_no_fix_but_still_help() {
+    assert_eq!(verdict("navigation/four_satellites"), Verdict::Partly);
+}
+
+#[test]
+fn inertial_sensors_bridge_seconds_and_with_the_odometer_a_minute() {
+    assert_eq!(verdict("navigation/outage"), Verdict::Partly);
+}
+
+#[test]
+fn nine_states_give_attitude_and_biases() {
+    assert_eq!(verdict("navigation/nine_states"), Verdict::Supported);
+}
+
 #[test]
 fn the_suspension_model_is_accurate_on_the_flat_and_blind_to_slopes() {
     assert_eq!(verdict("orientation/suspension_model"), Verdict::Supported);

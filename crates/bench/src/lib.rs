@@ -1,6 +1,8 @@
 //! What a step, a megabyte of CSV and an hour of driving cost. The same work runs natively (`drivescope bench`) and in a
 //! browser (the door's `bench_json`); `cargo xtask bench` sets both side by side.
 
+mod navigation;
+
 use std::hint::black_box;
 
 use drivescope_drive::channel::{Channel, Record};
@@ -181,6 +183,7 @@ fn bench(clock: &impl Fn() -> f64, rounds: usize) -> Result<Report, String> {
         let samples = filter_steps::<Orientation>(clock, &drive, &params, rounds)?;
         entries.push(Entry { name: format!("filter alone, orientation {}", variant.name()), unit: "ns", samples });
     }
+    entries.extend(navigation::entries(clock, &drive, rounds)?);
     let together = (0..rounds).map(|_| {
         let (time, outcome) = timed(clock, || estimate_all(&drive));
         outcome.map(|()| time)

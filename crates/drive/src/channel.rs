@@ -127,6 +127,24 @@ impl Series {
         Ok(())
     }
 
+    /// Put another row in the place of the one at `index`.
+    ///
+    /// # Panics
+    /// When `index` is not below `len`.
+    pub fn replace(&mut self, index: usize, row: &[f64]) {
+        for (column, &value) in self.columns.iter_mut().zip(row) {
+            column[index] = value;
+        }
+    }
+
+    /// The time column and a column whose values may be changed.
+    ///
+    /// # Panics
+    /// When `index` is outside the schema.
+    pub fn column_mut(&mut self, index: usize) -> (&[f64], &mut [f64]) {
+        (&self.time, &mut self.columns[index])
+    }
+
     /// Make room for `rows` more rows.
     pub fn reserve(&mut self, rows: usize) {
         self.time.reserve(rows);
@@ -231,6 +249,15 @@ impl<R: Record> Channel<R> {
         sample.write(&mut self.row);
         self.series.push(time, &self.row)
     }
+    /// Put another sample in the place of the one at `index`; its time stays.
+    ///
+    /// # Panics
+    /// When `index` is not below `len`.
+    pub fn replace(&mut self, index: usize, sample: R) {
+        let mut row = [0.0; MAX_COLUMNS];
+        sample.write(&mut row[..R::COLUMNS.len()]);
+        self.series.replace(index, &row[..R::COLUMNS.len()]);
+    }
     /// Make room for `samples` more samples.
     pub fn reserve(&mut self, samples: usize) {
         self.series.reserve(samples);
@@ -245,6 +272,10 @@ impl<R: Record> Channel<R> {
     /// The samples in time order.
     pub fn iter(&self) -> impl Iterator<Item = (f64, R)> + '_ {
         (0..self.len()).map(|i| self.at(i))
+    }
+    /// The columns without the row type; their values may be changed, their number and times not.
+    pub(crate) fn series_mut(&mut self) -> &mut Series {
+        &mut self.series
     }
     /// The columns without the row type.
     pub fn series(&self) -> &Series {
@@ -334,6 +365,10 @@ mod tests {
         let row = Row { heading: 1.0, heading_sigma: 2.0, nis: 3.0 };
         channel.push(0.5, row).unwrap();
         assert_eq!(channel.at(0), (0.5, row));
+        channel.push(1.5, row).unwrap();
+        channel.replace(0, Row { heading: -1.0, ..row });
+        assert_eq!(channel.at(0), (0.5, Row { heading: -1.0, ..row }));
+        assert_eq!(channel.at(1), (1.5, row));
     }
 
     #[test]

@@ -223,6 +223,10 @@ impl Signal {
     }
 }
 
+/// The channels' names for people, in the order of [`Drive::channels`].
+const CHANNEL_NAMES: [&str; 8] =
+    ["inertial", "magnetometer", "wheels", "steering", "gnss", "barometer", "accelerometer disk", "range"];
+
 /// What one channel of a drive holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelSummary {
@@ -268,15 +272,27 @@ impl Drive {
         ]
     }
 
+    /// The channels by name, with values that may be changed.
+    pub(crate) fn channels_mut(&mut self) -> [(&'static str, &mut Series); 8] {
+        [
+            (CHANNEL_NAMES[0], self.imu.series_mut()),
+            (CHANNEL_NAMES[1], self.mag.series_mut()),
+            (CHANNEL_NAMES[2], self.wheels.series_mut()),
+            (CHANNEL_NAMES[3], self.steering.series_mut()),
+            (CHANNEL_NAMES[4], self.gnss.series_mut()),
+            (CHANNEL_NAMES[5], self.baro.series_mut()),
+            (CHANNEL_NAMES[6], self.accel_array.series_mut()),
+            (CHANNEL_NAMES[7], self.range.series_mut()),
+        ]
+    }
+
     /// The channels that hold samples, with rate and the columns that hold a value.
     pub fn channel_summaries(&self) -> Vec<ChannelSummary> {
-        const NAMES: [&str; 8] =
-            ["inertial", "magnetometer", "wheels", "steering", "gnss", "barometer", "accelerometer disk", "range"];
         fn summary(name: &'static str, time: &[f64], columns: Vec<&'static str>) -> ChannelSummary {
             let rate = (time.len() - 1) as f64 / (time[time.len() - 1] - time[0]);
             ChannelSummary { name, rows: time.len(), rate: if rate.is_finite() { rate } else { 0.0 }, columns }
         }
-        let mut all: Vec<ChannelSummary> = (NAMES.iter().zip(self.channels()).filter(|(_, c)| !c.is_empty()))
+        let mut all: Vec<ChannelSummary> = (CHANNEL_NAMES.iter().zip(self.channels()).filter(|(_, c)| !c.is_empty()))
             .map(|(name, c)| summary(name, c.time(), c.schema().iter().map(|c| c.name).filter(|n| c.has(n)).collect()))
             .collect();
         if !self.raw_gnss.is_empty() {

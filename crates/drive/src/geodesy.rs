@@ -101,9 +101,19 @@ impl LocalFrame {
         Self { origin, ecef: origin.to_ecef(), ecef_to_ned }
     }
 
+    /// A point in Earth-centred, Earth-fixed axes, m, as north, east, down from the origin.
+    pub fn of_ecef(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.ecef_to_ned * (point - self.ecef)
+    }
+
+    /// A direction or velocity in Earth-centred, Earth-fixed axes, turned to north, east, down at the origin.
+    pub fn turn(&self, vector: &Vector3<f64>) -> Vector3<f64> {
+        self.ecef_to_ned * vector
+    }
+
     /// North, east, down of a place, m.
     pub fn to_ned(&self, place: Geodetic) -> Vector3<f64> {
-        self.ecef_to_ned * (place.to_ecef() - self.ecef)
+        self.of_ecef(&place.to_ecef())
     }
 
     /// The place at a north, east, down offset, m.

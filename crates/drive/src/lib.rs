@@ -34,6 +34,7 @@ pub mod csv;
 pub mod decimate;
 pub mod disk;
 pub mod drive;
+pub mod fault;
 pub mod frames;
 pub mod geodesy;
 pub mod magnetic_model;

@@ -76,6 +76,14 @@ impl RawGnss {
         let start = index.checked_sub(1).map_or(0, |before| self.ends[before]);
         (self.time[index], &self.satellites[start..self.ends[index]])
     }
+    /// Change every satellite of the instants from `from` until `to`, s.
+    pub fn change(&mut self, from: f64, to: f64, mut change: impl FnMut(&mut Satellite)) {
+        let begin = self.time.partition_point(|&t| t < from);
+        let end = self.time.partition_point(|&t| t < to);
+        let start = |index: usize| index.checked_sub(1).map_or(0, |before| self.ends[before]);
+        let range = start(begin)..start(end).max(start(begin));
+        self.satellites[range].iter_mut().for_each(&mut change);
+    }
     /// The instants with their satellites, in time order.
     pub fn iter(&self) -> impl Iterator<Item = (f64, &[Satellite])> + '_ {
         (0..self.len()).map(|i| self.at(i))

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use drivescope_drive::channel::{Channel, Record, Series};
 use drivescope_drive::drive::Drive;
+use drivescope_drive::satellites::{RAW_COLUMNS, RawGnss, Satellite};
 use drivescope_drive::truth::truth_column;
 
 /// A file of the shared material; `None`, with one line printed, where it is absent.
@@ -89,4 +90,37 @@ impl Table {
             ..Drive::default()
         }
     }
+}
+
+/// A case log of SPEC navigation with its pseudoranges: degrees of the file become radians.
+pub(crate) fn navigation_case(name: &str) -> Option<Drive> {
+    let mut table = Table::read(&shared(&format!("spec/navigation/{name}.csv.gz"))?);
+    for (name, column) in table.names.iter().zip(&mut table.columns) {
+        if name.ends_with("_lat") || name.ends_with("_lon") {
+            column.iter_mut().for_each(|v| *v = v.to_radians());
+        }
+    }
+    let mut drive = table.drive();
+    drive.raw_gnss = raw_gnss(name)?;
+    Some(drive)
+}
+
+/// The pseudoranges beside a case log; empty where the case has none.
+fn raw_gnss(name: &str) -> Option<RawGnss> {
+    let mut raw = RawGnss::default();
+    if !["table1", "urban"].contains(&name) {
+        return Some(raw);
+    }
+    let table = Table::read(&shared(&format!("spec/navigation/{name}_gnss.csv.gz"))?);
+    let time = table.column("t");
+    let columns = RAW_COLUMNS.map(|c| table.column(c));
+    let satellites: Vec<Satellite> = (0..time.len()).map(|row| Satellite::of_cells(&columns.map(|c| c[row]))).collect();
+    let mut first = 0;
+    for end in 1..=time.len() {
+        if end == time.len() || time[end] != time[first] {
+            raw.push(time[first], &satellites[first..end]).unwrap();
+            first = end;
+        }
+    }
+    Some(raw)
 }

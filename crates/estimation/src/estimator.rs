@@ -6,6 +6,7 @@ use drivescope_drive::param::{ParamError, Params};
 use drivescope_drive::vehicle::VehicleParams;
 
 use crate::kalman::NotPositiveDefinite;
+use crate::outage::Blindfold;
 
 /// A signal that an estimator reads, and what it costs to be without it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -80,6 +81,19 @@ pub trait Estimator: Sized {
     /// [`EstimatorError`] when the estimator cannot go on; a measurement it refuses is a [`Notice`], not an error.
     fn step(&mut self, epoch: &Epoch) -> Result<Option<Self::Estimate>, EstimatorError>;
 
+    /// At the end of the drive: go on with a second, backward pass over the estimates, by work worth about `steps` steps.
+    ///
+    /// Returns the share of the pass that is done; it is called again until that is 1. An estimator without such a pass has
+    /// nothing to do.
+    fn look_back(&mut self, _rows: &mut Channel<Self::Estimate>, _steps: usize) -> f64 {
+        1.0
+    }
+
+    /// Share of a whole run that the second pass takes, 0 to 1; 0 without one.
+    fn look_back_share(&self) -> f64 {
+        0.0
+    }
+
     /// What it noticed so far.
     fn notices(&self) -> &Notices;
 }
@@ -142,6 +156,8 @@ pub enum RunError {
 pub struct Run<E: Estimator> {
     estimator: E,
     cursor: EpochCursor,
+    looked_back: f64,
+    blindfold: Option<Blindfold>,
     out: Channel<E::Estimate>,
 }
 
@@ -164,22 +180,35 @@ impl<E: Estimator> Run<E> {
         estimator.look_ahead(drive);
         let mut out = Channel::default();
         out.reserve(drive.imu.len());
-        Ok(Self { estimator, cursor: EpochCursor::default(), out })
+        Ok(Self { estimator, cursor: EpochCursor::default(), looked_back: 0.0, blindfold: None, out })
     }
 
-    /// Step through at most `epochs` more epochs; `true` at the end of the drive.
+    /// Hide a sensor's samples in some windows, from here on.
+    pub fn blind(&mut self, blindfold: Blindfold) {
+        self.blindfold = Some(blindfold);
+    }
+
+    /// Step through at most `epochs` more epochs, at the end of the drive through a second pass if there is one; `true` when
+    /// all is done.
     ///
     /// # Errors
     /// When the estimator gives up.
     pub fn advance(&mut self, drive: &Drive, epochs: usize) -> Result<bool, RunError> {
         let mut pass = self.cursor.pass(drive);
         for _ in 0..epochs {
-            let Some(epoch) = pass.next() else { return Ok(true) };
-            let estimate = self.estimator.step(epoch).map_err(|source| RunError::Step {
-                estimator: E::NAME,
-                time: epoch.time,
-                source,
-            })?;
+            let Some(epoch) = pass.next() else {
+                self.looked_back = self.estimator.look_back(&mut self.out, epochs);
+                return Ok(self.looked_back >= 1.0);
+            };
+            let stepped = match &self.blindfold {
+                None => self.estimator.step(epoch),
+                Some(blindfold) => {
+                    let mut epoch = *epoch;
+                    blindfold.apply(&mut epoch);
+                    self.estimator.step(&epoch)
+                }
+            };
+            let estimate = stepped.map_err(|source| RunError::Step { estimator: E::NAME, time: epoch.time, source })?;
             if let Some(estimate) = estimate {
                 self.out.push(epoch.time, estimate)?;
             }
@@ -187,9 +216,10 @@ impl<E: Estimator> Run<E> {
         Ok(false)
     }
 
-    /// Share of the drive done, 0 to 1.
+    /// Share of the run done, 0 to 1.
     pub fn fraction(&self, drive: &Drive) -> f64 {
-        self.cursor.fraction(drive)
+        let back = self.estimator.look_back_share();
+        self.cursor.fraction(drive) * (1.0 - back) + self.looked_back * back
     }
     /// The estimates so far.
     pub fn estimates(&self) -> &Channel<E::Estimate> {

@@ -3,10 +3,12 @@
 //! Every estimator implements [`estimator::Estimator`]; [`registry`] lists them by name. Conventions are those of
 //! `drivescope_drive`; `docs/equations.md` maps the papers' equations to functions and tests.
 
+pub mod attitude;
 #[cfg(test)]
 mod case_log;
 pub mod chi_square;
 pub mod estimator;
+pub mod gnss;
 pub mod gnss_ins;
 pub mod gyro_free;
 pub mod ins;
@@ -17,6 +19,7 @@ pub mod levelling;
 pub mod magnetometer_calibration;
 pub mod motion_mode;
 pub mod orientation;
+pub mod outage;
 pub mod registry;
 pub mod road_profile;
 pub mod score;

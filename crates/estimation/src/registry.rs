@@ -7,6 +7,7 @@ use drivescope_drive::vehicle::VehicleParams;
 use serde_json::Value;
 
 use crate::estimator::{Estimator, Need, Notice, Run, RunError};
+use crate::outage::Blindfold;
 
 /// What a menu, a manual page or a slider panel needs to know about an estimator.
 #[derive(Clone, Copy, Debug, serde::Serialize)]
@@ -65,14 +66,18 @@ macro_rules! estimators {
                 let known = ESTIMATORS.iter().map(|e| e.name).collect::<Vec<_>>().join(", ");
                 Err(RunError::Unknown { name: name.into(), known })
             }
-            /// Step through at most `epochs` more epochs; `true` at the end of the drive.
+            /// Step through at most `epochs` more epochs and then through a second pass, if there is one; `true` when all is done.
             ///
             /// # Errors
             /// When the estimator gives up.
             pub fn advance(&mut self, drive: &Drive, epochs: usize) -> Result<bool, RunError> {
                 match &mut self.inner { $( Inner::$variant(run) => run.advance(drive, epochs) ),+ }
             }
-            /// Share of the drive done, 0 to 1.
+            /// Hide a sensor's samples in some windows, from here on.
+            pub fn blind(&mut self, blindfold: Blindfold) {
+                match &mut self.inner { $( Inner::$variant(run) => run.blind(blindfold) ),+ }
+            }
+            /// Share of the run done, 0 to 1.
             pub fn fraction(&self, drive: &Drive) -> f64 {
                 match &self.inner { $( Inner::$variant(run) => run.fraction(drive) ),+ }
             }
@@ -110,6 +115,8 @@ estimators! {
     LandIns = crate::land_ins::LandIns,
     GyroFree = crate::gyro_free::GyroFree,
     Stationarity = crate::stationarity::Stationarity,
+    Gnss = crate::gnss::GnssReceiver,
+    Attitude = crate::attitude::Attitude,
 }
 
 /// An estimator by name.

@@ -165,10 +165,10 @@ mod tests {
         let mut alignment = Alignment::default();
         let (_, bias) = parked(&mut alignment, 100);
         let start = alignment.start(&tuning(1.0), GravityModel::Wgs84).unwrap();
-        let angles = drivescope_drive::frames::euler_zyx(&start.filter.navigation.body_to_nav);
+        let angles = drivescope_drive::frames::euler_zyx(&start.filter.state.navigation.body_to_nav);
         assert!((angles.roll - 0.05).abs() < 1e-12 && (angles.pitch - 0.08).abs() < 1e-12 && start.is_yaw_known);
         // Within the Earth's rotation, 7.3e-5 rad/s.
-        assert!((start.filter.gyro_bias - bias).norm() < 7.4e-5 && start.filter.gyro_bias != bias);
+        assert!((start.filter.state.gyro_bias - bias).norm() < 7.4e-5 && start.filter.state.gyro_bias != bias);
     }
 
     /// The newest sample may hold the onset of motion; a window that used it would tilt the start.
@@ -178,7 +178,7 @@ mod tests {
         parked(&mut clean, 50);
         parked(&mut jolted, 49);
         jolted.rest(0.49, Vector3::new(5.0, 0.0, -9.0), Vector3::new(1.0, 0.0, 0.0), true);
-        let navigation = |a: &Alignment| a.start(&tuning(0.0), GravityModel::Wgs84).unwrap().filter.navigation;
+        let navigation = |a: &Alignment| a.start(&tuning(0.0), GravityModel::Wgs84).unwrap().filter.state.navigation;
         assert_eq!(navigation(&clean).body_to_nav, navigation(&jolted).body_to_nav);
     }
 
@@ -210,7 +210,7 @@ mod tests {
         let fix = Fix::read(&gnss, &tuning.params).unwrap();
         for (is_reversing, yaw) in [(false, 0.7), (true, 0.7 - std::f64::consts::PI)] {
             let start = moving_start(&fix, is_reversing, &tuning, GravityModel::Wgs84).unwrap();
-            let angles = drivescope_drive::frames::euler_zyx(&start.filter.navigation.body_to_nav);
+            let angles = drivescope_drive::frames::euler_zyx(&start.filter.state.navigation.body_to_nav);
             assert!((angles.yaw - yaw).abs() < 1e-12 && start.filter.sigma(5) > 1.0);
         }
     }

@@ -5,8 +5,10 @@ use drivescope_drive::geodesy::LocalFrame;
 use drivescope_drive::record;
 use nalgebra::{Matrix3, Vector3};
 
-use super::filter::{Filter, Verdict};
-use crate::ins::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, POSITION, VELOCITY};
+use super::covariance::{CLOCK_BIAS, CLOCK_DRIFT, Covariance, ODOMETER_SCALE};
+use super::filter::Verdict;
+use super::state::State;
+use crate::ins::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, Navigation, POSITION, VELOCITY};
 
 record! {
     /// Position, velocity, attitude and sensor biases, with what each measurement was worth.
@@ -87,6 +89,18 @@ record! {
         gyro_bias_z: "rad/s", truth "gyro_bias_z";
         /// Its sigma.
         gyro_bias_z_sigma: "rad/s", sigma_of "gyro_bias_z";
+        /// What the odometer shows over what is driven; no value where it is not estimated.
+        odometer_scale: "1";
+        /// Sigma of the odometer's scale.
+        odometer_scale_sigma: "1", sigma_of "odometer_scale";
+        /// Offset of the receiver clock, as a distance; with tight coupling only.
+        clock_bias: "m";
+        /// Sigma of the clock's offset.
+        clock_bias_sigma: "m", sigma_of "clock_bias";
+        /// Drift of the receiver clock, as a speed; with tight coupling only.
+        clock_drift: "m/s";
+        /// Sigma of the clock's drift.
+        clock_drift_sigma: "m/s", sigma_of "clock_drift";
         /// Normalized innovation squared of a satellite position; no value if its height was missing. Below 1 where the errors of
         /// satellites are correlated over minutes: the filter follows them, so that its sigma of the position is too small then.
         /// Raise `gnss_scale`.
@@ -105,6 +119,11 @@ record! {
         /// Normalized innovation squared of the zero rate of a standing car. Far above 1 where
         /// wheels read zero while the body still rocks on its springs: the gate refuses those.
         zaru_nis: "1", nis 3;
+        /// Normalized innovation squared of the pseudoranges of an instant, mean over the satellites. Below 1 where the errors of
+        /// satellites are correlated over minutes.
+        range_nis: "1", nis 1;
+        /// Normalized innovation squared of the rates of the pseudoranges of an instant, mean over the satellites.
+        range_rate_nis: "1", nis 1;
         /// 1 where a satellite position was used, 0 where it was refused.
         position_accepted: "1";
         /// 1 where a satellite velocity was used, 0 where it was refused.
@@ -117,9 +136,13 @@ record! {
         zupt_accepted: "1";
         /// 1 where the zero rate was used, 0 where it was refused.
         zaru_accepted: "1";
-        /// Satellites that the receiver used for its last fix.
+        /// Share of the pseudoranges of an instant that were used.
+        range_accepted: "1";
+        /// Share of the rates of the pseudoranges that were used.
+        range_rate_accepted: "1";
+        /// Satellites that the receiver used for its last fix; with tight coupling, whose pseudoranges were used.
         satellites: "1";
-        /// Position dilution of precision of the last fix.
+        /// Position dilution of precision of the last fix; with tight coupling, of all satellites in view.
         pdop: "1";
     }
 }
@@ -142,6 +165,32 @@ pub struct Verdicts {
     pub zupt: Option<Verdict>,
     /// Zero rate.
     pub zaru: Option<Verdict>,
+    /// Pseudoranges.
+    pub range: Tally,
+    /// Their rates.
+    pub range_rate: Tally,
+}
+
+/// What many measurements of one kind and instant were worth.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// How many there were.
+    pub count: usize,
+    /// How many were used.
+    pub accepted: usize,
+    /// Sum of the normalized innovations squared.
+    pub nis: f64,
+}
+
+impl Tally {
+    /// Count one; a measurement that could not be computed with counts as refused.
+    pub fn add(&mut self, verdict: Option<Verdict>) {
+        self.count += 1;
+        if let Some(verdict) = verdict {
+            self.accepted += usize::from(verdict.is_accepted);
+            self.nis += verdict.nis;
+        }
+    }
 }
 
 fn nis(verdict: Option<Verdict>, rows: usize) -> f64 {
@@ -167,27 +216,64 @@ impl Verdicts {
         row.nhc_accepted = accepted(self.nhc);
         row.zupt_accepted = accepted(self.zupt);
         row.zaru_accepted = accepted(self.zaru);
+        // No measurement: 0 / 0 is no value.
+        let mean = |tally: &Tally, sum: f64| sum / tally.count as f64;
+        row.range_nis = mean(&self.range, self.range.nis);
+        row.range_rate_nis = mean(&self.range_rate, self.range_rate.nis);
+        row.range_accepted = mean(&self.range, self.range.accepted as f64);
+        row.range_rate_accepted = mean(&self.range_rate, self.range_rate.accepted as f64);
     }
 }
 
-/// Put the sigmas into their columns; they change only when the covariance does.
+/// The sigmas of the columns.
 ///
 /// Those of north, east, down are of the local frame at the car; its turn against the frame at the origin (1e-3 rad at
 /// 6 km) is left out.
-pub fn write_sigmas(filter: &Filter, row: &mut GnssInsEstimate) {
-    let three = |first: usize| [0, 1, 2].map(|k| filter.sigma(first + k));
-    [row.north_sigma, row.east_sigma, row.down_sigma] = three(POSITION);
-    row.alt_sigma = row.down_sigma;
-    [row.v_north_sigma, row.v_east_sigma, row.v_down_sigma] = three(VELOCITY);
-    [row.accel_bias_x_sigma, row.accel_bias_y_sigma, row.accel_bias_z_sigma] = three(ACCEL_BIAS);
-    [row.gyro_bias_x_sigma, row.gyro_bias_y_sigma, row.gyro_bias_z_sigma] = three(GYRO_BIAS);
-    [row.roll_sigma, row.pitch_sigma, row.yaw_sigma] = euler_sigmas(filter);
-    [row.speed_sigma, row.sideslip_sigma] = body_velocity_sigmas(filter);
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sigmas([f64; 20]);
+
+impl Sigmas {
+    /// Those of a state with a covariance.
+    pub fn new(state: &State, covariance: &Covariance) -> Self {
+        let sigma = |k: usize| covariance[(k, k)].max(0.0).sqrt();
+        let mut out = [0.0; 20];
+        for (k, slot) in out[..6].iter_mut().enumerate() {
+            *slot = sigma(POSITION + k);
+        }
+        for (k, slot) in out[6..15].iter_mut().enumerate() {
+            *slot = sigma(ACCEL_BIAS + k);
+        }
+        out[15..18].copy_from_slice(&euler_sigmas(&state.navigation, covariance));
+        out[18..].copy_from_slice(&body_velocity_sigmas(&state.navigation, covariance));
+        Self(out)
+    }
+
+    /// Between these and later ones: variances in proportion.
+    pub fn between(&self, later: &Self, share: f64) -> Self {
+        Self(std::array::from_fn(|k| (self.0[k].powi(2) * (1.0 - share) + later.0[k].powi(2) * share).sqrt()))
+    }
+
+    /// Put them into their columns; an error that is not estimated has none.
+    pub fn write(&self, row: &mut GnssInsEstimate) {
+        const { assert!(VELOCITY == 3 && GYRO_BIAS == ACCEL_BIAS + 3 && ODOMETER_SCALE == ACCEL_BIAS + 6) };
+        const { assert!(CLOCK_BIAS == ACCEL_BIAS + 7 && CLOCK_DRIFT == ACCEL_BIAS + 8) };
+        let s = &self.0;
+        let estimated = |v: f64| if v > 0.0 { v } else { f64::NAN };
+        [row.north_sigma, row.east_sigma, row.down_sigma] = [s[0], s[1], s[2]];
+        row.alt_sigma = row.down_sigma;
+        [row.v_north_sigma, row.v_east_sigma, row.v_down_sigma] = [s[3], s[4], s[5]];
+        [row.accel_bias_x_sigma, row.accel_bias_y_sigma, row.accel_bias_z_sigma] = [s[6], s[7], s[8]];
+        [row.gyro_bias_x_sigma, row.gyro_bias_y_sigma, row.gyro_bias_z_sigma] = [s[9], s[10], s[11]];
+        row.odometer_scale_sigma = estimated(s[12]);
+        [row.clock_bias_sigma, row.clock_drift_sigma] = [estimated(s[13]), estimated(s[14])];
+        [row.roll_sigma, row.pitch_sigma, row.yaw_sigma] = [s[15], s[16], s[17]];
+        [row.speed_sigma, row.sideslip_sigma] = [s[18], s[19]];
+    }
 }
 
 /// Sigmas of roll, pitch and yaw from those of the rotation about north, east, down.
-fn euler_sigmas(filter: &Filter) -> [f64; 3] {
-    let c = &filter.navigation.body_to_nav;
+fn euler_sigmas(navigation: &Navigation, covariance: &Covariance) -> [f64; 3] {
+    let c = &navigation.body_to_nav;
     let cos_pitch = c[(2, 1)].hypot(c[(2, 2)]).max(1e-6);
     let (sin_yaw, cos_yaw, tan_pitch) = (c[(1, 0)] / cos_pitch, c[(0, 0)] / cos_pitch, -c[(2, 0)] / cos_pitch);
     let jacobian = Matrix3::new(
@@ -201,7 +287,7 @@ fn euler_sigmas(filter: &Filter) -> [f64; 3] {
         tan_pitch * sin_yaw,
         1.0,
     );
-    let p = filter.covariance.fixed_view::<3, 3>(ATTITUDE, ATTITUDE);
+    let p = covariance.fixed_view::<3, 3>(ATTITUDE, ATTITUDE);
     [0, 1, 2].map(|k| {
         let row = jacobian.row(k);
         (row * p * row.transpose())[0].max(0.0).sqrt()
@@ -209,17 +295,17 @@ fn euler_sigmas(filter: &Filter) -> [f64; 3] {
 }
 
 /// Sigmas of the forward velocity and of the sideslip.
-fn body_velocity_sigmas(filter: &Filter) -> [f64; 2] {
-    let h = super::measurement::body_velocity(&filter.navigation, &Vector3::zeros(), &Vector3::zeros(), 0.0).h;
+fn body_velocity_sigmas(navigation: &Navigation, covariance: &Covariance) -> [f64; 2] {
+    let h = super::measurement::body_velocity(navigation, &Vector3::zeros(), &Vector3::zeros(), 0.0, 1.0).h;
     let h = h.fixed_view::<3, 6>(0, VELOCITY);
-    let p = filter.covariance.fixed_view::<6, 6>(VELOCITY, VELOCITY);
+    let p = covariance.fixed_view::<6, 6>(VELOCITY, VELOCITY);
     let sigma = |k: usize| (h.row(k) * p * h.row(k).transpose())[0].max(0.0).sqrt();
-    [sigma(0), sigma(1) / filter.navigation.velocity.norm().max(SLOWEST_SIDESLIP)]
+    [sigma(0), sigma(1) / navigation.velocity.norm().max(SLOWEST_SIDESLIP)]
 }
 
-/// Put position, velocity, attitude and biases into their columns.
-pub fn write_state(filter: &Filter, frame: &LocalFrame, row: &mut GnssInsEstimate) {
-    let n = &filter.navigation;
+/// Put everything that is estimated into its columns; the sigmas are there already.
+pub fn write_state(state: &State, frame: &LocalFrame, row: &mut GnssInsEstimate) {
+    let n = &state.navigation;
     [row.north, row.east, row.down] = frame.to_ned(n.place).into();
     (row.lat, row.lon, row.alt) = (n.place.lat, n.place.lon, n.place.alt);
     [row.v_north, row.v_east, row.v_down] = n.velocity.into();
@@ -229,8 +315,12 @@ pub fn write_state(filter: &Filter, frame: &LocalFrame, row: &mut GnssInsEstimat
     let rightward = n.body_to_nav.column(1).dot(&n.velocity);
     row.speed = forward;
     row.sideslip = if forward.abs() >= SLOWEST_SIDESLIP { rightward.atan2(forward) } else { f64::NAN };
-    [row.accel_bias_x, row.accel_bias_y, row.accel_bias_z] = filter.accel_bias.into();
-    [row.gyro_bias_x, row.gyro_bias_y, row.gyro_bias_z] = filter.gyro_bias.into();
+    [row.accel_bias_x, row.accel_bias_y, row.accel_bias_z] = state.accel_bias.into();
+    [row.gyro_bias_x, row.gyro_bias_y, row.gyro_bias_z] = state.gyro_bias.into();
+    let estimated = |value: f64, sigma: f64| if sigma.is_finite() { value } else { f64::NAN };
+    row.odometer_scale = estimated(state.odometer_scale, row.odometer_scale_sigma);
+    row.clock_bias = estimated(state.clock_bias, row.clock_bias_sigma);
+    row.clock_drift = estimated(state.clock_drift, row.clock_drift_sigma);
 }
 
 /// Take out what a filter without a yaw cannot know.
@@ -241,4 +331,12 @@ pub fn blank_yaw(row: &mut GnssInsEstimate) {
     row.speed_sigma = f64::NAN;
     row.sideslip = f64::NAN;
     row.sideslip_sigma = f64::NAN;
+}
+
+/// Take out the clock of a receiver whose ranges have not been seen yet.
+pub fn blank_clock(row: &mut GnssInsEstimate) {
+    row.clock_bias = f64::NAN;
+    row.clock_bias_sigma = f64::NAN;
+    row.clock_drift = f64::NAN;
+    row.clock_drift_sigma = f64::NAN;
 }

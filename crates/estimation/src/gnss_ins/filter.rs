@@ -1,13 +1,15 @@
-//! The error-state filter: nominal navigation state, biases, covariance, and how they move.
+//! The error-state filter: nominal state, covariance, and how they move.
 
 use nalgebra::{Matrix3, SVector, Vector3};
 
-use super::covariance::{self, Covariance, Errors};
+use super::covariance::{self, CLOCK_BIAS, CLOCK_DRIFT, Covariance, Errors};
 use super::measurement::Prediction;
+use super::state::State;
+use super::store::{Node, Store};
 use super::tuning::Tuning;
 use crate::estimator::EstimatorError;
 use crate::ins::{
-    ACCEL_BIAS, ATTITUDE, Earth, GYRO_BIAS, GravityModel, Navigation, POSITION, STATES, VELOCITY, error_rates,
+    ACCEL_BIAS, ATTITUDE, Earth, ErrorRates, GravityModel, Navigation, POSITION, STATES, VELOCITY, error_rates,
 };
 use crate::kalman::Outcome;
 
@@ -30,31 +32,45 @@ pub struct Verdict {
     pub is_accepted: bool,
 }
 
-/// Sums over the inertial samples of which the covariance does not know yet.
-#[derive(Clone, Copy, Debug, Default)]
-struct Pending {
-    samples: usize,
-    time: f64,
-    noise_time: f64,
-    force: Vector3<f64>,
-    rotation: Matrix3<f64>,
+/// Sums over the inertial samples of a node, of which the covariance does not know yet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Interval {
+    /// Samples.
+    pub samples: usize,
+    /// Their time, s.
+    pub time: f64,
+    /// The time for which noise acts, s.
+    pub noise_time: f64,
+    /// Specific force in NED times time, m/s.
+    pub force: Vector3<f64>,
+    /// Rotation from body to NED times time, s.
+    pub rotation: Matrix3<f64>,
 }
 
-/// Nominal state, biases and covariance of the errors.
+impl Interval {
+    /// Mean rates of the errors, at the navigation state of the interval's end.
+    pub fn rates(&self, end: &Navigation, gravity: GravityModel, earth_terms: bool) -> ErrorRates {
+        let mean = Navigation { body_to_nav: self.rotation / self.time, ..*end };
+        error_rates(&mean, &(self.force / self.time), &Earth::at(&end.place, gravity), earth_terms)
+    }
+}
+
+/// Nominal state and covariance of its errors.
 #[derive(Clone, Debug)]
 pub struct Filter {
-    /// Where, how fast, how turned.
-    pub navigation: Navigation,
-    /// Accelerometer biases, body axes, m/s^2.
-    pub accel_bias: Vector3<f64>,
-    /// Gyro biases, body axes, rad/s.
-    pub gyro_bias: Vector3<f64>,
+    /// What is estimated.
+    pub state: State,
     /// Covariance of the errors at the last [`Filter::commit`].
     pub covariance: Covariance,
+    /// What a smoother needs; `None` without one.
+    pub store: Option<Box<Store>>,
+    /// Time of the state, s.
+    pub time: f64,
     /// Rate of the body at the last sample without bias, rad/s.
     pub rate: Vector3<f64>,
-    gravity: GravityModel,
-    pending: Pending,
+    /// Gravity.
+    pub gravity: GravityModel,
+    pending: Interval,
     steps: usize,
     revision: u64,
 }
@@ -63,13 +79,13 @@ impl Filter {
     /// Start from a state.
     pub fn new(navigation: Navigation, gyro_bias: Vector3<f64>, covariance: Covariance, gravity: GravityModel) -> Self {
         Self {
-            navigation,
-            accel_bias: Vector3::zeros(),
-            gyro_bias,
+            state: State::new(navigation, gyro_bias),
             covariance,
+            store: None,
+            time: 0.0,
             rate: Vector3::zeros(),
             gravity,
-            pending: Pending::default(),
+            pending: Interval::default(),
             steps: 0,
             revision: 0,
         }
@@ -77,7 +93,7 @@ impl Filter {
 
     /// The Earth below.
     pub fn earth(&self) -> Earth {
-        Earth::at(&self.navigation.place, self.gravity)
+        Earth::at(&self.state.navigation.place, self.gravity)
     }
 
     /// Move on by one inertial sample: specific force (m/s^2) and rates (rad/s) as measured, over `dt` s.
@@ -94,12 +110,18 @@ impl Filter {
         noise_factor: f64,
         tuning: &Tuning,
     ) -> Result<(), EstimatorError> {
+        if self.pending.samples == 0 {
+            self.begin_node();
+        }
         self.fade_biases(dt, tuning);
-        self.rate = gyro - self.gyro_bias;
-        let force = self.navigation.advance(&(accel - self.accel_bias), &self.rate, dt, self.gravity);
+        self.rate = gyro - self.state.gyro_bias;
+        let navigation = &mut self.state.navigation;
+        let force = navigation.advance(&(accel - self.state.accel_bias), &self.rate, dt, self.gravity);
+        self.state.clock_bias += self.state.clock_drift * dt;
+        self.time += dt;
         self.steps += 1;
         if self.steps.is_multiple_of(STEPS_PER_REPAIR) {
-            self.navigation.orthonormalize();
+            self.state.navigation.orthonormalize();
         }
         self.check_range()?;
         let pending = &mut self.pending;
@@ -107,7 +129,7 @@ impl Filter {
         pending.time += dt;
         pending.noise_time += dt * noise_factor;
         pending.force += force * dt;
-        pending.rotation += self.navigation.body_to_nav * dt;
+        pending.rotation += self.state.navigation.body_to_nav * dt;
         if pending.samples >= tuning.node {
             self.commit(tuning);
         }
@@ -117,15 +139,15 @@ impl Filter {
     fn fade_biases(&mut self, dt: f64, tuning: &Tuning) {
         let noise = &tuning.noise;
         if noise.accel_bias_decay > 0.0 {
-            self.accel_bias *= (-dt * noise.accel_bias_decay).exp();
+            self.state.accel_bias *= (-dt * noise.accel_bias_decay).exp();
         }
         if noise.gyro_bias_decay > 0.0 {
-            self.gyro_bias *= (-dt * noise.gyro_bias_decay).exp();
+            self.state.gyro_bias *= (-dt * noise.gyro_bias_decay).exp();
         }
     }
 
     fn check_range(&self) -> Result<(), EstimatorError> {
-        let n = &self.navigation;
+        let n = &self.state.navigation;
         let ranges = [
             (n.place.lat.abs(), LARGEST_LATITUDE, "latitude"),
             (n.place.alt.abs(), 1e6, "height"),
@@ -145,10 +167,9 @@ impl Filter {
         if pending.samples == 0 {
             return false;
         }
-        let mean = Navigation { body_to_nav: pending.rotation / pending.time, ..self.navigation };
-        let force = pending.force / pending.time;
-        let rates = error_rates(&mean, &force, &self.earth(), tuning.params.earth_terms);
+        let rates = pending.rates(&self.state.navigation, self.gravity, tuning.params.earth_terms);
         covariance::propagate(&mut self.covariance, &rates, &tuning.noise, pending.time, pending.noise_time);
+        self.end_node(Node::Interval(pending));
         self.revision += 1;
         true
     }
@@ -180,26 +201,53 @@ impl Filter {
     /// Take estimated errors off the state; residual biases add to the biases.
     pub fn correct(&mut self, errors: &Errors) {
         let earth = self.earth();
-        self.navigation.correct(&errors.fixed_rows::<9>(POSITION).into_owned(), &earth);
-        self.accel_bias += errors.fixed_rows::<3>(ACCEL_BIAS);
-        self.gyro_bias += errors.fixed_rows::<3>(GYRO_BIAS);
+        self.state.correct(errors, &earth);
     }
 
-    /// Doubt position and velocity after too many refusals in a row: 25 m^2 and 1 (m/s)^2 on their diagonals.
+    /// Doubt position and velocity after too many refusals in a row.
     pub fn open_up(&mut self) {
-        for axis in 0..3 {
-            self.covariance[(POSITION + axis, POSITION + axis)] += 25.0;
-            self.covariance[(VELOCITY + axis, VELOCITY + axis)] += 1.0;
-        }
+        self.begin_node();
+        add_doubt(&mut self.covariance);
+        self.end_node(Node::Doubt);
         self.revision += 1;
     }
 
-    /// Forget what is known of one error: its variance becomes `variance`, its correlations zero.
-    pub fn forget(&mut self, state: usize, variance: f64) {
-        self.covariance.row_mut(state).fill(0.0);
-        self.covariance.column_mut(state).fill(0.0);
-        self.covariance[(state, state)] = variance;
+    /// Set the receiver clock anew: offset (m), drift (m/s) and the variances of both. A variance that is not a number leaves
+    /// what is known of it.
+    pub fn set_clock(&mut self, bias: f64, drift: f64, variance: [f64; 2]) {
+        self.begin_node();
+        self.state.clock_bias = bias;
+        self.state.clock_drift = drift;
+        doubt_clock(&mut self.covariance, variance);
+        self.end_node(Node::Clock(variance));
         self.revision += 1;
+    }
+
+    /// Forget what is known of one error: its variance becomes `variance`, its correlations zero. A smoother does not look
+    /// across this.
+    pub fn forget(&mut self, state: usize, variance: f64) {
+        self.close_store();
+        isolate(&mut self.covariance, state, variance);
+        self.revision += 1;
+    }
+
+    fn begin_node(&mut self) {
+        if let Some(store) = &mut self.store {
+            store.begin(self.time, &self.state, &self.covariance);
+        }
+    }
+
+    fn end_node(&mut self, node: Node) {
+        if let Some(store) = &mut self.store {
+            store.end(node, &self.state);
+        }
+    }
+
+    /// Let the smoother's segment end here.
+    pub fn close_store(&mut self) {
+        if let Some(store) = &mut self.store {
+            store.close(self.time, &self.state, &self.covariance);
+        }
     }
 
     /// Zero the correlations of the yaw error and keep its variance: a yaw that is not known yet must not be corrected.
@@ -209,8 +257,9 @@ impl Filter {
 
     /// Replace the yaw, keep roll and pitch; `sigma` is that of the new yaw, rad.
     pub fn set_yaw(&mut self, yaw: f64, sigma: f64) {
-        let angles = drivescope_drive::frames::euler_zyx(&self.navigation.body_to_nav);
-        self.navigation.body_to_nav = drivescope_drive::frames::body_to_nav(angles.roll, angles.pitch, yaw);
+        self.close_store();
+        let angles = drivescope_drive::frames::euler_zyx(&self.state.navigation.body_to_nav);
+        self.state.navigation.body_to_nav = drivescope_drive::frames::body_to_nav(angles.roll, angles.pitch, yaw);
         self.forget(ATTITUDE + 2, sigma * sigma);
     }
 
@@ -222,7 +271,7 @@ impl Filter {
     pub fn reset_motion(&mut self, fresh: &Covariance, seconds: f64, tuning: &Tuning) {
         self.commit(tuning);
         let speed_change = HARD_BRAKING * seconds;
-        let distance = self.navigation.velocity.norm() * seconds + 0.5 * speed_change * seconds;
+        let distance = self.state.navigation.velocity.norm() * seconds + 0.5 * speed_change * seconds;
         for state in VELOCITY..ACCEL_BIAS {
             self.forget(state, fresh[(state, state)]);
         }
@@ -241,4 +290,25 @@ impl Filter {
     pub fn is_sound(&self) -> bool {
         (0..STATES).all(|k| self.covariance[(k, k)] > 0.0 && self.covariance[(k, k)].is_finite())
     }
+}
+
+/// 25 m^2 and 1 (m/s)^2 on the diagonals of position and velocity.
+pub fn add_doubt(covariance: &mut Covariance) {
+    for axis in 0..3 {
+        covariance[(POSITION + axis, POSITION + axis)] += 25.0;
+        covariance[(VELOCITY + axis, VELOCITY + axis)] += 1.0;
+    }
+}
+
+/// Replace what is known of offset and drift of the clock; a variance that is not a number leaves one as it is.
+pub fn doubt_clock(covariance: &mut Covariance, variance: [f64; 2]) {
+    for (state, variance) in [CLOCK_BIAS, CLOCK_DRIFT].into_iter().zip(variance).filter(|(_, v)| v.is_finite()) {
+        isolate(covariance, state, variance);
+    }
+}
+
+fn isolate(covariance: &mut Covariance, state: usize, variance: f64) {
+    covariance.row_mut(state).fill(0.0);
+    covariance.column_mut(state).fill(0.0);
+    covariance[(state, state)] = variance;
 }

@@ -1,4 +1,4 @@
-//! What the sensors should read at a navigation state, and how the fifteen errors move it.
+//! What the sensors should read at a navigation state, and how the errors move it.
 //!
 //! Every function gives `z = indicated - measured` and its Jacobian `h`, so that `z = h dx + noise` with errors indicated
 //! minus true. Source: SPEC navigation 4, after Yun & Yu 2007 (18), (19) with the misprints put right (cosine of the
@@ -8,7 +8,8 @@ use drivescope_drive::frames::skew;
 use drivescope_drive::geodesy::Geodetic;
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use crate::ins::{ATTITUDE, Earth, GYRO_BIAS, Navigation, POSITION, STATES, VELOCITY};
+use super::covariance::{ALL_STATES, ODOMETER_SCALE};
+use crate::ins::{ATTITUDE, Earth, GYRO_BIAS, Navigation, POSITION, VELOCITY};
 
 /// Innovation and Jacobian of `M` rows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,7 +17,7 @@ pub struct Prediction<const M: usize> {
     /// Indicated minus measured.
     pub z: SVector<f64, M>,
     /// Jacobian with respect to the errors.
-    pub h: SMatrix<f64, M, STATES>,
+    pub h: SMatrix<f64, M, ALL_STATES>,
 }
 
 impl Prediction<3> {
@@ -37,7 +38,7 @@ impl Prediction<3> {
 /// Position of the antenna, NED, m, against a fix. (18)
 pub fn position(navigation: &Navigation, earth: &Earth, antenna: &Vector3<f64>, fix: &Geodetic) -> Prediction<3> {
     let arm = navigation.body_to_nav * antenna;
-    let mut h = SMatrix::<f64, 3, STATES>::zeros();
+    let mut h = SMatrix::<f64, 3, ALL_STATES>::zeros();
     h.fixed_view_mut::<3, 3>(0, POSITION).fill_with_identity();
     h.fixed_view_mut::<3, 3>(0, ATTITUDE).copy_from(&skew(&arm));
     Prediction { z: earth.displacement(fix, &navigation.place) + arm, h }
@@ -51,7 +52,7 @@ pub fn velocity(
     measured: &Vector3<f64>,
 ) -> Prediction<3> {
     let turning = navigation.body_to_nav * rate.cross(antenna);
-    let mut h = SMatrix::<f64, 3, STATES>::zeros();
+    let mut h = SMatrix::<f64, 3, ALL_STATES>::zeros();
     h.fixed_view_mut::<3, 3>(0, VELOCITY).fill_with_identity();
     h.fixed_view_mut::<3, 3>(0, ATTITUDE).copy_from(&skew(&turning));
     h.fixed_view_mut::<3, 3>(0, GYRO_BIAS).copy_from(&-(navigation.body_to_nav * skew(antenna)));
@@ -59,32 +60,37 @@ pub fn velocity(
 }
 
 /// Velocity of the odometer's point in body axes, m/s, against a forward speed and no motion sideways or upward.
+///
+/// An odometer of scale `scale` shows that much of the forward velocity.
 pub fn body_velocity(
     navigation: &Navigation,
     odometer: &Vector3<f64>,
     rate: &Vector3<f64>,
     forward_speed: f64,
+    scale: f64,
 ) -> Prediction<3> {
     let nav_to_body = navigation.body_to_nav.transpose();
-    let mut h = SMatrix::<f64, 3, STATES>::zeros();
+    let mut h = SMatrix::<f64, 3, ALL_STATES>::zeros();
     h.fixed_view_mut::<3, 3>(0, VELOCITY).copy_from(&nav_to_body);
     h.fixed_view_mut::<3, 3>(0, ATTITUDE).copy_from(&-(nav_to_body * skew(&navigation.velocity)));
     h.fixed_view_mut::<3, 3>(0, GYRO_BIAS).copy_from(&-skew(odometer));
     let mut z = nav_to_body * navigation.velocity + rate.cross(odometer);
-    z.x -= forward_speed;
+    h.row_mut(0).scale_mut(scale);
+    h[(0, ODOMETER_SCALE)] = z.x;
+    z.x = z.x * scale - forward_speed;
     Prediction { z, h }
 }
 
 /// Velocity of a car that stands, NED, m/s.
 pub fn zero_velocity(navigation: &Navigation) -> Prediction<3> {
-    let mut h = SMatrix::<f64, 3, STATES>::zeros();
+    let mut h = SMatrix::<f64, 3, ALL_STATES>::zeros();
     h.fixed_view_mut::<3, 3>(0, VELOCITY).fill_with_identity();
     Prediction { z: navigation.velocity, h }
 }
 
 /// Mean rates of a car that stands, rad/s: what is left beyond the Earth's rotation is bias.
 pub fn zero_rate(navigation: &Navigation, earth: &Earth, mean_rate: &Vector3<f64>) -> Prediction<3> {
-    let mut h = SMatrix::<f64, 3, STATES>::zeros();
+    let mut h = SMatrix::<f64, 3, ALL_STATES>::zeros();
     h.fixed_view_mut::<3, 3>(0, GYRO_BIAS).fill_with_identity();
     Prediction { z: mean_rate - navigation.body_to_nav.transpose() * earth.rate(), h }
 }
@@ -108,7 +114,7 @@ mod tests {
     }
 
     /// The state that indicates `truth` plus the errors.
-    fn indicated(errors: &SVector<f64, STATES>) -> (Navigation, Earth, Vector3<f64>) {
+    fn indicated(errors: &SVector<f64, ALL_STATES>) -> (Navigation, Earth, Vector3<f64>) {
         let mut navigation = truth();
         let earth = Earth::at(&navigation.place, GravityModel::Wgs84);
         navigation.correct(&-errors.fixed_rows::<9>(0).into_owned(), &earth);
@@ -117,7 +123,7 @@ mod tests {
 
     /// Steps of 1e-6 in all errors: rounding of a latitude step is 1e-9 m / 1e-6 m = 1e-3 relative for the position rows, so
     /// their differences are taken from 1 m (below); every other row is good to 1e-8, and 1e-6 shows any missing term.
-    fn check(f: impl Fn(&SVector<f64, STATES>) -> Prediction<3>) {
+    fn check(f: impl Fn(&SVector<f64, ALL_STATES>) -> Prediction<3>) {
         let zero = SVector::zeros();
         assert_jacobian(|x| f(x).z, &f(&zero).h, &zero, 1e-6);
     }
@@ -134,7 +140,7 @@ mod tests {
     fn body_rows_are_the_derivative_of_the_odometers_velocity() {
         check(|x| {
             let (n, _, rate) = indicated(x);
-            body_velocity(&n, &ANTENNA, &rate, 12.0)
+            body_velocity(&n, &ANTENNA, &rate, 12.0, 1.02 + x[ODOMETER_SCALE])
         });
     }
 
@@ -142,7 +148,7 @@ mod tests {
     fn standing_rows_are_the_derivatives_of_velocity_and_rate() {
         check(|x| zero_velocity(&indicated(x).0));
         let zero = SVector::zeros();
-        let f = |x: &SVector<f64, STATES>| {
+        let f = |x: &SVector<f64, ALL_STATES>| {
             let (n, earth, rate) = indicated(x);
             zero_rate(&n, &earth, &rate)
         };
@@ -154,14 +160,14 @@ mod tests {
     #[test]
     fn position_rows_are_the_derivative_of_the_antennas_position() {
         let fix = Geodetic { lat: 0.630_001, lon: 2.200_002, alt: 38.0 };
-        let f = |errors: &SVector<f64, STATES>| {
+        let f = |errors: &SVector<f64, ALL_STATES>| {
             let (n, earth, _) = indicated(errors);
             position(&n, &earth, &ANTENNA, &fix)
         };
         let h = f(&SVector::zeros()).h;
-        for column in 0..STATES {
+        for column in 0..ALL_STATES {
             let size = if column < 3 { 1.0 } else { 1e-4 };
-            let mut step = SVector::<f64, STATES>::zeros();
+            let mut step = SVector::<f64, ALL_STATES>::zeros();
             step[column] = size;
             let numeric = (f(&step).z - f(&-step).z) / (2.0 * size);
             assert!((numeric - h.column(column)).amax() < 1e-4, "column {column}: {numeric}");

@@ -1,23 +1,29 @@
-//! Position, velocity and attitude from inertial sensors and satellites, loosely coupled, aided by the car's own motion.
+//! Position, velocity and attitude from inertial sensors and satellites, loosely or tightly coupled, aided by the car's own
+//! motion, smoothed if wanted.
 //!
-//! States: the nine errors of [`crate::ins`] and six residual sensor biases, fed back to the nominal state after each update.
-//! Inputs: specific force and rates; satellite position and velocity (or speed and course); odometer.
-//! Source: Yun & Yu 2007, equations (15) to (19), corrected; SPEC navigation 1 to 4 and 11. Departures are named where they are
+//! States: the nine errors of [`crate::ins`] and six residual sensor biases, fed back to the nominal state after each update;
+//! with tight coupling offset and drift of the receiver clock; the odometer's scale if wanted.
+//! Inputs: specific force and rates; satellite position and velocity (or speed and course), or pseudoranges; odometer.
+//! Source: Yun & Yu 2007, equations (15) to (19), corrected; SPEC navigation 1 to 4, 7 and 11. Departures are named where they are
 //! made: [`covariance`] (nodes), [`alignment`] (start from a log as it comes), [`running`] (unknown yaw).
 //! Sensors with their own clock: an odometer sample or a fix is used at the next inertial sample, the fix carried on to it
 //! with velocity and acceleration; one older than two inertial steps (at least 0.1 s) is dropped and counted.
 //! While the car stands and is levelled, rows show the state that the filter would start from.
-//! Not modelled: errors of odometer scale and mounting of the inertial sensor; correlated satellite errors.
+//! Not modelled: errors of the mounting of the inertial sensor; correlated satellite errors.
 
 pub mod alignment;
 pub mod covariance;
 mod estimate;
 pub mod filter;
 mod fix;
-mod inertial;
+pub mod inertial;
 mod known_start;
 pub mod measurement;
+pub mod ranging;
 pub mod running;
+pub mod smoother;
+pub mod state;
+pub mod store;
 mod tuning;
 
 #[cfg(test)]
@@ -25,18 +31,22 @@ mod case_tests;
 #[cfg(test)]
 mod consistency_tests;
 
+use drivescope_drive::channel::Channel;
 use drivescope_drive::drive::{Epoch, LogStart, Signal};
 use drivescope_drive::geodesy::LocalFrame;
+use drivescope_drive::satellites::Satellite;
 use drivescope_drive::vehicle::VehicleParams;
 
 use self::alignment::{Alignment, Start};
 pub use self::estimate::GnssInsEstimate;
-use self::estimate::Verdicts;
+use self::estimate::{Sigmas, Verdicts};
 pub use self::fix::{Fix, NOMINAL_ORIGIN};
 use self::inertial::{Hold, Sample};
 pub use self::known_start::KnownStart;
 use self::running::{Aids, Running, STANDING_SPEED};
-pub use self::tuning::{GnssInsParams, Gravity, Tuning};
+use self::smoother::Pass;
+use self::store::Store;
+pub use self::tuning::{Coupling, GnssInsParams, Gravity, Smoother, Tuning};
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
 use crate::ins::GravityModel;
 
@@ -65,6 +75,10 @@ pub struct GnssIns {
     speed: Option<(f64, f64)>,
     ground_speed: Option<(f64, f64)>,
     fix: Option<(f64, Fix)>,
+    ranges: Vec<Satellite>,
+    ranges_time: Option<f64>,
+    store: Option<Box<Store>>,
+    pass: Option<Box<Pass>>,
     row: GnssInsEstimate,
     revision: Option<u64>,
     notices: Notices,
@@ -98,6 +112,10 @@ impl Estimator for GnssIns {
             speed: None,
             ground_speed: None,
             fix: None,
+            ranges: Vec::new(),
+            ranges_time: None,
+            store: (params.smoother == Smoother::Rts).then(Box::default),
+            pass: None,
             row: GnssInsEstimate::default(),
             revision: None,
             notices: Notices::default(),
@@ -119,7 +137,8 @@ impl Estimator for GnssIns {
             self.notices.add("inertial sample that is not later than the one before skipped", epoch.time);
             return Ok(None);
         }
-        let aids = self.take_aids(epoch.time, dt);
+        let ranges = std::mem::take(&mut self.ranges);
+        let aids = self.take_aids(epoch.time, dt, &ranges);
         let is_running = match self.phase {
             Phase::Aligning(_) => self.align(epoch.time, &sample, &aids),
             Phase::Running(_) => true,
@@ -132,11 +151,32 @@ impl Estimator for GnssIns {
         };
         if matches!(&self.phase, Phase::Running(running) if running.is_lost()) {
             self.notices.add("the filter had lost its way and was started again", epoch.time);
+            self.store = self.take_store();
             self.phase = Phase::Aligning(Box::default());
             self.revision = None;
         }
+        self.ranges = ranges;
         self.last_time = Some(epoch.time);
         Ok(self.estimate(&verdicts))
+    }
+
+    fn look_back(&mut self, rows: &mut Channel<GnssInsEstimate>, steps: usize) -> f64 {
+        if self.pass.is_none()
+            && let (Some(store), Some(frame)) = (self.take_store(), self.frame)
+        {
+            let gravity = self.gravity.unwrap_or(GravityModel::Wgs84);
+            self.pass = Pass::new(store, gravity, frame, rows.len()).map(Box::new);
+        }
+        let Some(pass) = &mut self.pass else { return 1.0 };
+        // A node costs what ten steps of the filter cost.
+        let is_done = pass.advance(rows, steps.div_ceil(10), &self.tuning);
+        let fraction = if is_done { 1.0 } else { pass.fraction() };
+        self.pass.take_if(|_| is_done);
+        fraction
+    }
+
+    fn look_back_share(&self) -> f64 {
+        if self.tuning.params.smoother == Smoother::Rts { 0.5 } else { 0.0 }
     }
 
     fn notices(&self) -> &Notices {
@@ -171,6 +211,11 @@ const NEEDS: &[Need] = &[
         required: false,
         why: "bridges satellite outages and tells when the car stands; without it an outage drifts within seconds",
     },
+    Need {
+        signal: Signal::RawGnss,
+        required: false,
+        why: "for `coupling` = tight: single satellites help where there are too few for a fix, and a reflected one is refused alone",
+    },
 ];
 
 impl GnssIns {
@@ -178,6 +223,11 @@ impl GnssIns {
     fn receive(&mut self, epoch: &Epoch) {
         if let Some(speed) = epoch.wheels.map(|w| w.forward_speed()).filter(|v| v.is_finite()) {
             self.speed = Some((epoch.time, speed));
+        }
+        if let Some(ranges) = epoch.raw_gnss.filter(|_| self.tuning.params.coupling == Coupling::Tight) {
+            self.ranges.clear();
+            self.ranges.extend_from_slice(ranges);
+            self.ranges_time = Some(epoch.time);
         }
         let Some(gnss) = epoch.gnss else { return };
         let keep = |old: &mut f64, new: f64| *old = if new.is_finite() { new } else { *old };
@@ -196,14 +246,15 @@ impl GnssIns {
     }
 
     /// What is young enough to be used at an inertial sample at `time`, `dt` s after the one before.
-    fn take_aids(&mut self, time: f64, dt: f64) -> Aids {
+    fn take_aids<'a>(&mut self, time: f64, dt: f64, ranges: &'a [Satellite]) -> Aids<'a> {
         let speed = self.speed.filter(|(at, _)| time - at < dt.max(1e-9)).map(|(_, speed)| speed);
         let fix = self.fix.take().map(|(at, fix)| (fix, time - at));
         let oldest = self.oldest_aid;
         if fix.is_some_and(|(_, age)| age > oldest) {
             self.notices.add("satellite fix inside a hole of the inertial data dropped", time);
         }
-        Aids { speed, fix: fix.filter(|(_, age)| *age <= oldest) }
+        let ranges = self.ranges_time.take().map(|at| (ranges, time - at)).filter(|(_, age)| *age <= oldest);
+        Aids { speed, fix: fix.filter(|(_, age)| *age <= oldest), ranges }
     }
 
     /// Whether the car stands: by odometer, else by satellites; `None` if neither says.
@@ -227,7 +278,7 @@ impl GnssIns {
             if alignment.duration(time) + 1e-9 >= self.tuning.params.align_time
                 && let Some(start) = alignment.start(&self.tuning, gravity)
             {
-                self.begin(start);
+                self.begin(start, time);
                 return false;
             }
             if let Some((fix, _)) = &aids.fix
@@ -239,7 +290,7 @@ impl GnssIns {
         }
         let is_long = alignment.duration(time) >= SHORTEST_ALIGNMENT;
         if let Some(start) = alignment.start(&self.tuning, gravity).filter(|_| is_long) {
-            self.begin(start);
+            self.begin(start, self.last_time.unwrap_or(time));
             return true;
         }
         alignment.reset();
@@ -248,14 +299,29 @@ impl GnssIns {
         if let Some(start) = start {
             self.notices
                 .add("the log starts in motion: attitude starts level, heading along the satellite course", time);
-            self.begin(start);
+            self.begin(start, time);
         }
         false
     }
 
-    fn begin(&mut self, start: Start) {
+    fn begin(&mut self, mut start: Start, time: f64) {
+        start.filter.time = time;
+        if let Some(mut store) = self.store.take() {
+            store.set_states(self.tuning.states());
+            start.filter.store = Some(store);
+        }
         self.phase = Phase::Running(Box::new(Running::new(start)));
         self.revision = None;
+    }
+
+    /// What the smoother needs of everything so far.
+    fn take_store(&mut self) -> Option<Box<Store>> {
+        if let Phase::Running(running) = &mut self.phase {
+            running.filter.commit(&self.tuning);
+            running.filter.close_store();
+            return running.filter.store.take();
+        }
+        self.store.take()
     }
 
     /// The row of this epoch; `None` before anything is known.
@@ -271,12 +337,25 @@ impl GnssIns {
             }
         };
         if self.revision != Some(filter.revision()) {
-            estimate::write_sigmas(filter, &mut self.row);
+            Sigmas::new(&filter.state, &filter.covariance).write(&mut self.row);
             self.revision = Some(filter.revision());
         }
-        estimate::write_state(filter, &frame, &mut self.row);
+        estimate::write_state(&filter.state, &frame, &mut self.row);
         verdicts.write(&mut self.row);
+        let is_clock_known = match &self.phase {
+            Phase::Running(running) => {
+                if verdicts.range.count > 0 {
+                    self.row.satellites = verdicts.range.accepted as f64;
+                    self.row.pdop = running.ranging.pdop;
+                }
+                running.ranging.is_clock_known
+            }
+            Phase::Aligning(_) => false,
+        };
         let mut row = self.row;
+        if !is_clock_known {
+            estimate::blank_clock(&mut row);
+        }
         if !is_yaw_known {
             estimate::blank_yaw(&mut row);
         }
@@ -288,7 +367,7 @@ impl GnssIns {
         let p = &self.tuning.params;
         let covariance = self.tuning.initial_covariance(p.initial_tilt_sigma, p.initial_yaw_sigma);
         let filter = filter::Filter::new(navigation, nalgebra::Vector3::zeros(), covariance, GravityModel::Wgs84);
-        self.begin(Start { filter, is_yaw_known: true });
+        self.begin(Start { filter, is_yaw_known: true }, time);
         self.last_time = Some(time);
     }
 

@@ -2,6 +2,7 @@
 //!
 //! Source: SPEC navigation 4 and 11. Within an epoch: predict, standing or (odometer, constraint) every 0.1 s, satellites.
 
+use drivescope_drive::satellites::Satellite;
 use nalgebra::{Vector3, vector};
 
 use super::alignment::{Start, UNKNOWN_YAW_SIGMA};
@@ -11,7 +12,8 @@ use super::filter::{Filter, Verdict};
 use super::fix::Fix;
 use super::inertial::Sample;
 use super::measurement;
-use super::tuning::Tuning;
+use super::ranging::{Lag, Ranging};
+use super::tuning::{Coupling, Tuning};
 use crate::estimator::{EstimatorError, Notices};
 use crate::ins::ATTITUDE;
 
@@ -36,13 +38,18 @@ const SUBSTEP: f64 = 0.02;
 /// Longest hole that is bridged, s.
 const LONGEST_BRIDGE: f64 = 5.0;
 
+/// Time without pseudoranges after which a tightly coupled filter takes fixes, s.
+const LONGEST_RANGE_WAIT: f64 = 5.0;
+
 /// What the car's sensors said since the last epoch.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Aids {
+pub struct Aids<'a> {
     /// Forward speed of the odometer, m/s, if it is of this epoch.
     pub speed: Option<f64>,
     /// A fix and its age, s.
     pub fix: Option<(Fix, f64)>,
+    /// Pseudoranges and their age, s.
+    pub ranges: Option<(&'a [Satellite], f64)>,
 }
 
 /// A filter that runs, with the clocks and counters around it.
@@ -52,6 +59,9 @@ pub struct Running {
     pub filter: Filter,
     /// Whether the yaw means anything.
     pub is_yaw_known: bool,
+    /// Pseudoranges and the receiver clock.
+    pub ranging: Ranging,
+    since_ranges: f64,
     has_seen_course: bool,
     since_aid: f64,
     since_odometer: f64,
@@ -69,6 +79,8 @@ impl Running {
         Self {
             filter: start.filter,
             is_yaw_known: start.is_yaw_known,
+            ranging: Ranging::default(),
+            since_ranges: f64::INFINITY,
             has_seen_course: false,
             since_aid: 0.0,
             since_odometer: f64::INFINITY,
@@ -95,13 +107,27 @@ impl Running {
         notices: &mut Notices,
     ) -> Result<Verdicts, EstimatorError> {
         self.predict(time, dt, sample, tuning, notices)?;
+        self.filter.time = time;
         let mut verdicts = Verdicts::default();
         self.aid_by_motion(dt, aids.speed, tuning, &mut verdicts);
-        if let Some((fix, age)) = &aids.fix {
-            self.aid_by_satellites(fix, *age, aids.speed, tuning, &mut verdicts);
+        self.since_ranges += dt;
+        if let Some((fix, _)) = &aids.fix {
+            self.align_yaw(fix, aids.speed, tuning);
+            self.has_seen_course |= fix.velocity.is_some();
+        }
+        match (aids.ranges, &aids.fix) {
+            (Some((satellites, age)), _) if tuning.params.coupling == Coupling::Tight => {
+                self.since_ranges = 0.0;
+                self.aid_by_ranges(satellites, age, time, tuning, &mut verdicts, notices);
+            }
+            (_, Some((fix, age))) if self.since_ranges > LONGEST_RANGE_WAIT => {
+                self.aid_by_satellites(fix, *age, tuning, &mut verdicts);
+            }
+            _ => {}
         }
         if !self.filter.is_sound() {
             notices.add("covariance lost its meaning and was set back to that of the start", time);
+            self.filter.close_store();
             self.filter.covariance = self.fresh_covariance(tuning);
         }
         Ok(verdicts)
@@ -110,7 +136,7 @@ impl Running {
     /// Whether the state is no car's, or so many fixes in a row lay so far away that opening the gate would not bring the
     /// filter back.
     pub fn is_lost(&self) -> bool {
-        self.hopeless >= HOPELESS_IN_A_ROW || self.filter.navigation.velocity.norm() > FASTEST_CAR
+        self.hopeless >= HOPELESS_IN_A_ROW || self.filter.state.navigation.velocity.norm() > FASTEST_CAR
     }
 
     fn fresh_covariance(&self, tuning: &Tuning) -> Covariance {
@@ -125,7 +151,7 @@ impl Running {
         tuning: &Tuning,
         notices: &mut Notices,
     ) -> Result<(), EstimatorError> {
-        let before = self.filter.navigation.velocity;
+        let before = self.filter.state.navigation.velocity;
         if dt <= LONGEST_STEP {
             self.filter.predict(&sample.accel, &sample.gyro, dt, sample.noise_factor, tuning)?;
         } else {
@@ -144,7 +170,7 @@ impl Running {
                 }
             }
         }
-        self.acceleration = (self.filter.navigation.velocity - before) / dt;
+        self.acceleration = (self.filter.state.navigation.velocity - before) / dt;
         self.gyro_sum += sample.gyro;
         self.gyro_samples += 1;
         Ok(())
@@ -176,20 +202,23 @@ impl Running {
         let p = &tuning.params;
         if p.zupt {
             self.settle(tuning);
-            let prediction = measurement::zero_velocity(&self.filter.navigation);
+            let prediction = measurement::zero_velocity(&self.filter.state.navigation);
             verdicts.zupt = self.filter.update(&prediction, &Vector3::repeat(p.zupt_sigma), tuning);
         }
         if p.zaru {
             self.settle(tuning);
-            let mean = self.gyro_sum / self.gyro_samples as f64 - self.filter.gyro_bias;
-            let prediction = measurement::zero_rate(&self.filter.navigation, &self.filter.earth(), &mean);
+            let mean = self.gyro_sum / self.gyro_samples as f64 - self.filter.state.gyro_bias;
+            let prediction = measurement::zero_rate(&self.filter.state.navigation, &self.filter.earth(), &mean);
             verdicts.zaru = self.filter.update(&prediction, &Vector3::repeat(p.zaru_sigma), tuning);
         }
     }
 
     fn aid_rolling(&mut self, speed: Option<f64>, tuning: &Tuning, verdicts: &mut Verdicts) {
         let p = &tuning.params;
-        let predict = |f: &Filter, v: f64| measurement::body_velocity(&f.navigation, &tuning.odometer, &f.rate, v);
+        let predict = |f: &Filter, v: f64| {
+            let state = &f.state;
+            measurement::body_velocity(&state.navigation, &tuning.odometer, &f.rate, v, state.odometer_scale)
+        };
         if let Some(speed) = speed.filter(|_| p.odometer) {
             let sigma = p.odometer_sigma + p.odometer_speed_sigma * speed.abs();
             let prediction = predict(&self.filter, speed).forward();
@@ -202,13 +231,12 @@ impl Running {
     }
 
     /// Position and velocity of a fix that is `age` seconds old: carried on to now with velocity and acceleration.
-    fn aid_by_satellites(&mut self, fix: &Fix, age: f64, speed: Option<f64>, tuning: &Tuning, verdicts: &mut Verdicts) {
-        self.align_yaw(fix, speed, tuning);
+    fn aid_by_satellites(&mut self, fix: &Fix, age: f64, tuning: &Tuning, verdicts: &mut Verdicts) {
         if let Some(place) = fix.place {
             self.settle(tuning);
             let earth = self.filter.earth();
-            let mut prediction = measurement::position(&self.filter.navigation, &earth, &tuning.antenna, &place);
-            prediction.z -= self.filter.navigation.velocity * age;
+            let mut prediction = measurement::position(&self.filter.state.navigation, &earth, &tuning.antenna, &place);
+            prediction.z -= self.filter.state.navigation.velocity * age;
             let sigma = fix.position_sigma;
             verdicts.position = if fix.has_height {
                 self.filter.update(&prediction, &sigma, tuning)
@@ -220,9 +248,8 @@ impl Running {
             self.hopeless = if is_hopeless { self.hopeless + 1 } else { 0 };
         }
         if let Some(velocity) = fix.velocity {
-            self.has_seen_course = true;
             self.settle(tuning);
-            let navigation = &self.filter.navigation;
+            let navigation = &self.filter.state.navigation;
             let mut prediction = measurement::velocity(navigation, &tuning.antenna, &self.filter.rate, &velocity);
             prediction.z -= self.acceleration * age;
             verdicts.velocity = if fix.has_vertical_velocity {
@@ -232,6 +259,26 @@ impl Running {
             };
             count_refusals(&mut self.filter, &mut self.velocity_refusals, verdicts.velocity, tuning);
         }
+    }
+
+    /// Pseudoranges and their rates, `age` seconds old.
+    fn aid_by_ranges(
+        &mut self,
+        satellites: &[Satellite],
+        age: f64,
+        time: f64,
+        tuning: &Tuning,
+        verdicts: &mut Verdicts,
+        notices: &mut Notices,
+    ) {
+        self.settle(tuning);
+        let lag = Lag { age, acceleration: self.acceleration };
+        if self.ranging.aid(&mut self.filter, satellites, &lag, self.is_yaw_known, tuning, verdicts) {
+            notices.add("the receiver clock jumped", time);
+        }
+        let range = &verdicts.range;
+        let is_hopeless = range.accepted == 0 && range.nis > HOPELESS * range.count as f64;
+        self.hopeless = if is_hopeless { self.hopeless + 1 } else { 0 };
     }
 
     /// One-shot: the first course of a moving car becomes the yaw (opposite to it if the odometer runs backward).
@@ -257,7 +304,7 @@ impl Running {
     }
 }
 
-fn count_refusals(filter: &mut Filter, refusals: &mut usize, verdict: Option<Verdict>, tuning: &Tuning) {
+pub(super) fn count_refusals(filter: &mut Filter, refusals: &mut usize, verdict: Option<Verdict>, tuning: &Tuning) {
     *refusals = if verdict.is_some_and(|v| !v.is_accepted) { *refusals + 1 } else { 0 };
     if *refusals >= tuning.params.max_reject as usize {
         filter.open_up();

@@ -3,9 +3,8 @@
 use drivescope_drive::{choice, params};
 use nalgebra::{SVector, Vector3};
 
-use super::covariance::{Covariance, ProcessNoise};
+use super::covariance::{ALL_STATES, CLOCK_BIAS, Covariance, ODOMETER_SCALE, ProcessNoise};
 use crate::chi_square;
-use crate::ins::STATES;
 
 choice! {
     /// Which gravity the mechanisation takes off.
@@ -19,9 +18,34 @@ choice! {
     }
 }
 
+choice! {
+    /// What of the satellites enters the filter.
+    pub enum Coupling {
+        /// Position and velocity of the receiver's fix.
+        Loose = "loose",
+        /// Pseudoranges and their rates, each on its own, and the receiver clock as two more states. The fix is used while there
+        /// are no ranges.
+        Tight = "tight",
+    }
+}
+
+choice! {
+    /// Whether a second pass lets later measurements tell about earlier states.
+    pub enum Smoother {
+        /// No: each row knows the past only.
+        Off = "off",
+        /// Rauch, Tung and Striebel: backward over what the filter kept.
+        Rts = "rts",
+    }
+}
+
 params! {
     /// Tuning of the GNSS/INS filter.
     pub struct GnssInsParams {
+        /// What of the satellites enters: the fix, or single pseudoranges (which the drive must have).
+        coupling (""): choice Coupling, from "SPEC navigation 4";
+        /// Whether a second pass lets later measurements tell about earlier states.
+        smoother (""): choice Smoother, from "SPEC navigation 7";
         /// Accelerometer noise density. More: trust satellites and odometer more.
         accel_noise ("na"): number = 2e-3, "m/s^2/sqrt(Hz)", 1e-5 ..= 5e-2 Log, from "SPEC navigation 3";
         /// Gyro noise density. More: attitude follows the measurements faster and shakes more.
@@ -61,10 +85,24 @@ params! {
         gnss_vertical_velocity_sigma (""): number = 0.15, "m/s", 0.01 ..= 2.0 Log, from "SPEC navigation 3";
         /// Factor on every satellite sigma: receivers state too little where their errors last for minutes.
         gnss_scale (""): number = 1.0, "1", 1.0 ..= 5.0 Linear, from "SPEC navigation 10.6";
+        /// Sigma of a pseudorange.
+        range_sigma (""): number = 1.5, "m", 0.3 ..= 10.0 Log, from "SPEC navigation 3";
+        /// Sigma of the rate of a pseudorange.
+        range_rate_sigma (""): number = 0.08, "m/s", 0.02 ..= 1.0 Log, from "SPEC navigation 3";
+        /// Noise of the receiver clock's offset. More: the clock follows the ranges faster.
+        clock_bias_noise ("sp"): number = 0.009, "m^2/s", 1e-4 ..= 10.0 Log, from "SPEC navigation 4";
+        /// Noise of the receiver clock's drift.
+        clock_drift_noise ("sf"): number = 0.0355, "m^2/s^3", 1e-5 ..= 10.0 Log, from "SPEC navigation 4";
         /// Sigma of the odometer at rest.
         odometer_sigma (""): number = 0.05, "m/s", 0.01 ..= 1.0 Log, from "SPEC navigation 3";
         /// Sigma of the odometer per unit of speed.
         odometer_speed_sigma (""): number = 0.005, "1", 0.0001 ..= 0.1 Log, from "SPEC navigation 3: 0.5 %";
+        /// Estimate the odometer's scale (tyre radius) as one more state.
+        odometer_scale (""): toggle = false, from "SPEC navigation 10.5: the obvious extension";
+        /// Sigma of the odometer's scale at the start.
+        initial_odometer_scale_sigma (""): number = 0.02, "1", 0.001 ..= 0.2 Log, from "ours: wear and pressure of a tyre";
+        /// Walk of the odometer's scale. More: the scale follows the satellites faster.
+        odometer_scale_walk (""): number = 1e-4, "1/sqrt(s)", 1e-6 ..= 1e-2 Log, from "ours: 0.2 % in six minutes";
         /// Sigma of the speed sideways and upward, which the non-holonomic constraint takes as zero.
         nhc_sigma (""): number = 0.15, "m/s", 0.01 ..= 1.0 Log, from "SPEC navigation 3";
         /// Sigma of the zero velocity of a standing car.
@@ -110,6 +148,9 @@ params! {
     }
 }
 
+/// Sigma of the receiver clock at the start: offset, m, and drift, m/s (SPEC navigation 4).
+pub const START_CLOCK_SIGMA: [f64; 2] = [100.0, 10.0];
+
 /// Largest accepted normalized innovation squared by number of rows; infinite with the gate off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gates([f64; 3]);
@@ -146,6 +187,7 @@ impl Tuning {
     /// Derive everything once. `rear_axle` is where the drive says it is, seen from the inertial sensor, m ahead.
     pub fn new(params: &GnssInsParams, rear_axle: Option<f64>) -> Self {
         let odometer_x = if params.odometer_x.is_finite() { params.odometer_x } else { rear_axle.unwrap_or(0.0) };
+        let is_tight = params.coupling == Coupling::Tight;
         let decay = |time: f64| if time.is_finite() { 1.0 / time } else { 0.0 };
         let noise = ProcessNoise {
             accel: params.accel_noise.powi(2),
@@ -154,6 +196,9 @@ impl Tuning {
             gyro_bias: params.gyro_bias_walk.powi(2),
             accel_bias_decay: decay(params.accel_bias_time),
             gyro_bias_decay: decay(params.gyro_bias_time),
+            odometer_scale: if params.odometer_scale { params.odometer_scale_walk.powi(2) } else { 0.0 },
+            clock_bias: if is_tight { params.clock_bias_noise } else { 0.0 },
+            clock_drift: if is_tight { params.clock_drift_noise } else { 0.0 },
         };
         Self {
             noise,
@@ -165,14 +210,25 @@ impl Tuning {
         }
     }
 
+    /// Number of errors that a run may estimate, counted to the last one.
+    pub fn states(&self) -> usize {
+        match self.params.coupling {
+            Coupling::Tight => ALL_STATES,
+            Coupling::Loose if self.params.odometer_scale => CLOCK_BIAS,
+            Coupling::Loose => ODOMETER_SCALE,
+        }
+    }
+
     /// Covariance of a fresh start with the given sigmas of roll and pitch and of yaw, rad.
     pub fn initial_covariance(&self, tilt: f64, yaw: f64) -> Covariance {
         let p = &self.params;
         let (position, height, velocity) = (p.initial_position_sigma, p.initial_height_sigma, p.initial_velocity_sigma);
         let (accel, gyro) = (p.initial_accel_bias_sigma, p.initial_gyro_bias_sigma);
-        let sigmas: [f64; STATES] = [
+        let scale = if p.odometer_scale { p.initial_odometer_scale_sigma } else { 0.0 };
+        let clock = if p.coupling == Coupling::Tight { START_CLOCK_SIGMA } else { [0.0; 2] };
+        let sigmas: [f64; ALL_STATES] = [
             position, position, height, velocity, velocity, velocity, tilt, tilt, yaw, accel, accel, accel, gyro, gyro,
-            gyro,
+            gyro, scale, clock[0], clock[1],
         ];
         Covariance::from_diagonal(&SVector::from(sigmas.map(|s| s * s)))
     }
