@@ -235,7 +235,7 @@ macro_rules! estimator_laws {
     };
 }
 
-estimator_laws!(slope, drivescope_estimation::slope::Slope, ["wheel_sigma" => "slope_sigma"]);
+estimator_laws!(slope, drivescope_estimation::slope::Slope, ["wheel_sigma" => "speed_sigma", "slope_wheel_sigma" => "slope_sigma"]);
 estimator_laws!(orientation, drivescope_estimation::orientation::Orientation, ["field_sigma" => "yaw_sigma"]);
 estimator_laws!(motion_mode, drivescope_estimation::motion_mode::MotionModeDetector, []);
 estimator_laws!(gnss_ins, drivescope_estimation::gnss_ins::GnssIns, ["gnss_scale" => "north_sigma"]);
