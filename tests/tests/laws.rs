@@ -217,6 +217,15 @@ macro_rules! run_laws {
 }
 
 macro_rules! estimator_laws {
+    (@noise $estimator:ty, ) => {};
+    (@noise $estimator:ty, $( $param:literal => $sigma:literal ),+) => {
+        #[test]
+        fn more_noise_is_never_more_certainty() {
+            for (param, sigma) in [ $( ($param, $sigma) ),+ ] {
+                more_noise_never_makes_it_surer::<$estimator>(&built_in(60.0, 7), param, sigma, 3.0);
+            }
+        }
+    };
     ($name:ident, $estimator:ty, [$($param:literal => $sigma:literal),*]) => {
         mod $name {
             use super::*;
@@ -225,12 +234,7 @@ macro_rules! estimator_laws {
             fn refuses_parameters_out_of_range() {
                 a_parameter_outside_its_range_is_refused::<$estimator>(&built_in(2.0, 7));
             }
-            $(
-            #[test]
-            fn more_noise_is_never_more_certainty() {
-                more_noise_never_makes_it_surer::<$estimator>(&built_in(60.0, 7), $param, $sigma, 3.0);
-            }
-            )*
+            estimator_laws!(@noise $estimator, $( $param => $sigma ),*);
         }
     };
 }
