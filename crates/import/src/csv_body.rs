@@ -301,8 +301,15 @@ impl Body {
             unit_row: self.dialect.unit_line,
             skipped_lines: self.dialect.skipped + self.comments,
         };
-        let mut table =
-            Table { name: self.file, rows: self.rows, layout, bytes, line_marks: self.line_marks, ..Table::default() };
+        let mut table = Table {
+            name: self.file,
+            format: "CSV",
+            rows: self.rows,
+            layout,
+            bytes,
+            line_marks: self.line_marks,
+            ..Table::default()
+        };
         for column in self.columns {
             column.finish(&table.name, &mut table.columns, &mut table.text_columns, &mut self.warnings)?;
         }

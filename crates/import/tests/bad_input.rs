@@ -19,7 +19,7 @@ fn an_empty_file_is_refused() {
 fn other_formats_are_named_and_binary_data_is_not_text() {
     assert_eq!(
         sentence(b"MDF     4.11"),
-        "x.csv: expected CSV text, found an ASAM MDF measurement (MF4 or MDF); this version reads CSV only: export the log as CSV."
+        "x.csv: expected CSV text, found an ASAM MDF measurement (MF4 or MDF); export the log as CSV."
     );
     for (magic, name) in [
         (&b"LOGG\x90\0"[..], "BLF"),

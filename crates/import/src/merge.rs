@@ -1,0 +1,382 @@
+//! Tables of one drive made one: consecutive parts are joined, different sensors are merged on time.
+
+use std::collections::BTreeMap;
+
+use crate::clock;
+use crate::error::ImportError;
+use crate::names::{self, time_name};
+use crate::opening::Log;
+use crate::propose::Unused;
+use crate::table::{RawColumn, Table, TimeEpoch, Warning};
+
+/// Seconds between 2001 and 2096: such a time is one since 1970.
+const UNIX: std::ops::Range<f64> = 1e9..4e9;
+const DAY: f64 = 86_400.0;
+/// An accelerometer is interpolated between samples that are at most this far apart, s.
+const BRIDGE: f64 = 0.25;
+
+/// Everything of a log over one clock, and what that cost.
+#[derive(Debug)]
+pub(crate) struct Merged {
+    pub table: Table,
+    /// Columns that no name or format explains.
+    pub unused: Vec<Unused>,
+    /// What was assumed.
+    pub notes: Vec<String>,
+}
+
+/// What the times of a part count from, ns since 1970 (`Day`: since midnight).
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Base {
+    Absolute(i64),
+    Day(i64),
+    Unknown,
+}
+
+const SECOND: i64 = 1_000_000_000;
+
+/// Seconds from one instant to another, without the rounding of either.
+fn seconds(from: i64, to: i64) -> f64 {
+    to.saturating_sub(from) as f64 / 1e9
+}
+
+/// A table with its times.
+#[derive(Debug)]
+struct Part {
+    table: Table,
+    time: Vec<f64>,
+    base: Base,
+}
+
+impl Part {
+    fn new(table: Table) -> Result<Self, (Table, ImportError)> {
+        let read = clock::propose(&table).and_then(|c| Ok((clock::times(&table, &c.source)?, c.source.column)));
+        let (time, column) = match read {
+            Ok(found) => found,
+            Err(error) => return Err((table, error)),
+        };
+        let epoch = table.column(&column).and_then(|c| c.epoch);
+        let first = time.iter().copied().find(|t| t.is_finite()).unwrap_or(0.0);
+        let base = match epoch {
+            Some(TimeEpoch::Instant(ns)) => Base::Absolute(ns),
+            Some(TimeEpoch::Midnight(ns)) => Base::Day(ns),
+            None if UNIX.contains(&first) => Base::Absolute(0),
+            None => Base::Unknown,
+        };
+        Ok(Self { table, time, base })
+    }
+
+    fn ends(&self) -> (f64, f64) {
+        let finite = || self.time.iter().copied().filter(|t| t.is_finite());
+        (finite().next().unwrap_or(f64::NAN), finite().next_back().unwrap_or(f64::NAN))
+    }
+
+    fn shift(&mut self, seconds: f64) {
+        if seconds != 0.0 {
+            self.time.iter_mut().for_each(|t| *t += seconds);
+        }
+    }
+
+    /// What a consecutive part of the same recording has in common with this one.
+    fn schema(&self) -> (&str, Vec<&str>) {
+        (&self.table.part, self.table.columns.iter().map(|c| c.name.as_str()).collect())
+    }
+
+    fn label(&self) -> String {
+        let Table { name, part, .. } = &self.table;
+        if part.is_empty() { name.clone() } else { format!("{name}, {part}") }
+    }
+
+    fn is_clock(column: &RawColumn) -> bool {
+        column.meaning.is_none() && (column.epoch.is_some() || time_name(&column.name).is_some())
+    }
+
+    /// The signals of a column.
+    fn signals(column: &RawColumn) -> Vec<String> {
+        match column.meaning {
+            Some(m) => vec![m.signal.to_owned()],
+            None => names::matches(&column.name).into_iter().map(|m| m.signal).collect(),
+        }
+    }
+
+    fn has(&self, signal: &str) -> bool {
+        self.table.columns.iter().any(|c| !Self::is_clock(c) && Self::signals(c).iter().any(|s| s == signal))
+    }
+}
+
+/// Make one table of all.
+///
+/// # Errors
+/// The first of the tables' own errors if no table has a clock; [`ImportError::OutOfMemory`].
+pub(crate) fn merge(log: Log) -> Result<Merged, ImportError> {
+    let Log { mut tables, mut warnings, bytes } = log;
+    if tables.len() == 1 {
+        let mut table = tables.remove(0);
+        table.bytes = table.bytes.max(bytes);
+        table.warnings.append(&mut warnings);
+        return Ok(Merged { table, unused: Vec::new(), notes: Vec::new() });
+    }
+    let mut notes = Vec::new();
+    let mut parts = timed(tables, &mut warnings)?;
+    let epoch = align(&mut parts, &mut notes);
+    let mut parts = join(parts, &mut notes);
+    pair_inertial(&mut parts, &mut notes);
+    warnings.extend(parts.iter_mut().flat_map(|p| std::mem::take(&mut p.table.warnings)));
+    let (mut table, unused) = wide(parts, &mut warnings)?;
+    if let Some(clock) = table.columns.first_mut() {
+        clock.epoch = epoch;
+    }
+    (table.bytes, table.warnings) = (bytes, warnings);
+    Ok(Merged { table, unused, notes })
+}
+
+/// The tables that have a clock.
+fn timed(tables: Vec<Table>, warnings: &mut Vec<Warning>) -> Result<Vec<Part>, ImportError> {
+    let mut parts = Vec::new();
+    let mut failure = None;
+    for table in tables {
+        match Part::new(table) {
+            Ok(part) => parts.push(part),
+            Err((_, error @ ImportError::TimeBackwards { .. })) => return Err(error),
+            Err((table, error)) => {
+                let label = if table.part.is_empty() { table.name } else { format!("{}, {}", table.name, table.part) };
+                let message = format!("{label} left out: {error}");
+                warnings.push(Warning { message, column: None, row: None, count: 1 });
+                failure.get_or_insert(error);
+            }
+        }
+    }
+    match (parts.is_empty(), failure) {
+        (true, Some(error)) => Err(error),
+        _ => Ok(parts),
+    }
+}
+
+/// Put all times on one clock; what it counts from, if that is known.
+fn align(parts: &mut [Part], notes: &mut Vec<String>) -> Option<TimeEpoch> {
+    let absolute = |p: &Part| match p.base {
+        Base::Absolute(base) => Some(base.saturating_add((p.ends().0 * 1e9) as i64)),
+        _ => None,
+    };
+    if let Some(start) = parts.iter().filter_map(absolute).min() {
+        // A whole second, so that clocks shifted by it lose nothing that they had.
+        let zero = start.div_euclid(SECOND).saturating_mul(SECOND);
+        for part in parts.iter_mut() {
+            match part.base {
+                Base::Absolute(base) => part.shift(seconds(zero, base)),
+                Base::Day(of_day) => {
+                    let behind = seconds(of_day, zero) - part.ends().0;
+                    part.shift((behind / DAY).round() * DAY - seconds(of_day, zero));
+                }
+                Base::Unknown => {
+                    let first = part.ends().0;
+                    part.shift(seconds(zero, start) - first);
+                    let text = "its clock counts from an unknown start, which is taken as the start of the other files";
+                    notes.push(format!("{}: {text}.", part.label()));
+                }
+            }
+        }
+        return Some(TimeEpoch::Instant(zero));
+    }
+    let midnight = |p: &Part| match p.base {
+        Base::Day(base) => Some(base),
+        _ => None,
+    };
+    let first = parts.iter().filter_map(midnight).min()?;
+    for part in parts.iter_mut() {
+        part.shift(midnight(part).map_or(0.0, |base| seconds(first, base)));
+    }
+    Some(TimeEpoch::Midnight(first))
+}
+
+/// Join the parts of one recording that follow each other.
+fn join(parts: Vec<Part>, notes: &mut Vec<String>) -> Vec<Part> {
+    let mut joined: Vec<Part> = Vec::new();
+    let mut order: Vec<Part> = parts;
+    // Only the order of equal schemas matters; the order of the tables among each other stays.
+    let starts: Vec<f64> = order.iter().map(|p| p.ends().0).collect();
+    let mut index: Vec<usize> = (0..order.len()).collect();
+    index.sort_by(|&a, &b| {
+        let (same, time) = (order[a].schema() == order[b].schema(), starts[a].total_cmp(&starts[b]));
+        if same { time.then(a.cmp(&b)) } else { a.cmp(&b) }
+    });
+    let mut slots: Vec<Option<Part>> = order.drain(..).map(Some).collect();
+    for i in index {
+        let Some(mut part) = slots[i].take() else { continue };
+        let Some(before) = joined.iter_mut().rev().find(|p| p.schema() == part.schema()) else {
+            joined.push(part);
+            continue;
+        };
+        let (start, end) = (part.ends().0, before.ends().1);
+        let elsewhere = before.table.name != part.table.name;
+        if start <= end && elsewhere && part.base == Base::Unknown && before.base == Base::Unknown {
+            let step = clock::median_step(&part.time).max(0.0);
+            part.shift(end + step - start);
+            let text = "has the columns of the file before and begins at the same time: taken as its continuation";
+            notes.push(format!("{} {text}.", part.table.name));
+        } else if start <= end {
+            joined.push(part);
+            continue;
+        }
+        append(before, part);
+    }
+    joined
+}
+
+fn append(before: &mut Part, mut part: Part) {
+    before.time.append(&mut part.time);
+    for (to, from) in before.table.columns.iter_mut().zip(&mut part.table.columns) {
+        to.values.append(&mut from.values);
+    }
+    before.table.rows += part.table.rows;
+    before.table.warnings.append(&mut part.table.warnings);
+}
+
+/// Inertial signals with clocks of their own are interpolated to the clock that has most of them, so that they make one
+/// inertial sample.
+fn pair_inertial(parts: &mut [Part], notes: &mut Vec<String>) {
+    const SIGNALS: [&str; 6] = ["gyro_z", "gyro_x", "gyro_y", "accel_x", "accel_y", "accel_z"];
+    let count = |p: &Part| SIGNALS.iter().filter(|s| p.has(s)).count();
+    // The first of those with most; of equal ones that of the gyroscope, which is integrated.
+    let rank = |(i, p): &(usize, &Part)| (count(p), p.has("gyro_z"), std::cmp::Reverse(*i));
+    let Some((main, _)) = parts.iter().enumerate().max_by_key(rank).filter(|(_, p)| count(p) > 0) else { return };
+    let at = parts[main].time.clone();
+    for other in (0..parts.len()).filter(|&i| i != main) {
+        for signal in SIGNALS {
+            if parts[main].has(signal) || !parts[other].has(signal) {
+                continue;
+            }
+            let is_it = |c: &RawColumn| !Part::is_clock(c) && Part::signals(c).iter().any(|s| s == signal);
+            let Some(index) = parts[other].table.columns.iter().position(is_it) else { continue };
+            let mut column = parts[other].table.columns.remove(index);
+            column.values = interpolate(&parts[other].time, &column.values, &at);
+            let (a, b) = (clock::median_step(&parts[other].time), clock::median_step(&at));
+            notes.push(format!(
+                "`{}` of {} was interpolated from its own clock to that of {}, so that both make one inertial sample \
+                 (steps of {:.2} and {:.2} ms).",
+                column.name,
+                parts[other].label(),
+                parts[main].label(),
+                1e3 * a,
+                1e3 * b
+            ));
+            parts[main].table.columns.push(column);
+        }
+    }
+    // The table with most inertial signals comes first: of two of a name it is the one that is taken.
+    parts[..=main].rotate_right(1);
+}
+
+fn interpolate(time: &[f64], values: &[f64], at: &[f64]) -> Vec<f64> {
+    let known: Vec<(f64, f64)> =
+        time.iter().copied().zip(values.iter().copied()).filter(|(t, v)| t.is_finite() && v.is_finite()).collect();
+    let value = |&t: &f64| {
+        let after = known.partition_point(|(k, _)| *k < t);
+        let (Some(&(t1, v1)), Some(&(t0, v0))) = (known.get(after), known.get(after.wrapping_sub(1))) else {
+            return known.get(after).filter(|(k, _)| *k == t).map_or(f64::NAN, |(_, v)| *v);
+        };
+        if t1 == t {
+            v1
+        } else if t1 - t0 > BRIDGE {
+            f64::NAN
+        } else {
+            v0 + (v1 - v0) * ((t - t0) / (t1 - t0))
+        }
+    };
+    at.iter().map(value).collect()
+}
+
+/// One table over all times, of the columns that a name or the format explains.
+fn wide(mut parts: Vec<Part>, warnings: &mut Vec<Warning>) -> Result<(Table, Vec<Unused>), ImportError> {
+    let name = file_names(&parts);
+    let mut unused = Vec::new();
+    for part in &mut parts {
+        let label = part.label();
+        let mut columns = std::mem::take(&mut part.table.columns);
+        columns.retain(|c| {
+            let known = !Part::is_clock(c) && !Part::signals(c).is_empty();
+            if !known && !Part::is_clock(c) {
+                let column = format!("{} ({label})", c.name);
+                unused.push(Unused { column, reason: "its name is not known".into() });
+            }
+            known
+        });
+        part.table.columns = columns;
+    }
+    if parts.iter().all(|p| p.table.columns.is_empty()) {
+        let found: Vec<&str> = unused.iter().map(|u| u.column.as_str()).collect();
+        let found = crate::error::name_list(found.into_iter());
+        return Err(ImportError::NoSignals { file: name, place: "all tables".into(), found });
+    }
+    parts.retain(|p| !p.table.columns.is_empty());
+    let time = union(&parts);
+    let mut taken = BTreeMap::<String, usize>::new();
+    let width = parts.iter().map(|p| p.table.columns.len()).sum::<usize>() + 1;
+    let full = || ImportError::OutOfMemory { file: name.clone(), row: 1, columns: width };
+    let mut columns =
+        vec![RawColumn { name: "t".into(), unit: Some("s".into()), values: time.clone(), ..RawColumn::default() }];
+    let mut repeated = 0;
+    for part in parts {
+        let label = part.label();
+        let rows = places(&part.time, &time, &mut repeated);
+        for column in part.table.columns {
+            let mut values = Vec::new();
+            values.try_reserve_exact(time.len()).map_err(|_| full())?;
+            values.resize(time.len(), f64::NAN);
+            for (value, row) in column.values.iter().zip(&rows).filter(|(v, r)| v.is_finite() && **r != u32::MAX) {
+                values[*row as usize] = *value;
+            }
+            let count = taken.entry(column.name.clone()).or_insert(0);
+            *count += 1;
+            let name = if *count == 1 { column.name } else { format!("{} ({label})", column.name) };
+            columns.push(RawColumn { name, values, ..column });
+        }
+    }
+    if repeated > 0 {
+        let message = format!("rows at the time of the one before were put together with it ({repeated}).");
+        warnings.push(Warning { message, column: None, row: None, count: repeated });
+    }
+    Ok((Table { name, columns, rows: time.len(), format: "several tables", ..Table::default() }, unused))
+}
+
+/// `a.csv`, `a.csv and b.csv`, `a.csv and 3 more`.
+fn file_names(parts: &[Part]) -> String {
+    let mut names: Vec<&str> = Vec::new();
+    for part in parts {
+        if !names.contains(&part.table.name.as_str()) {
+            names.push(&part.table.name);
+        }
+    }
+    match names.as_slice() {
+        [] => String::new(),
+        [one] => (*one).to_owned(),
+        [one, two] => format!("{one} and {two}"),
+        [one, rest @ ..] => format!("{one} and {} more", rest.len()),
+    }
+}
+
+/// All times in order, each once.
+fn union(parts: &[Part]) -> Vec<f64> {
+    let mut time: Vec<f64> = parts.iter().flat_map(|p| &p.time).copied().filter(|t| t.is_finite()).collect();
+    time.sort_unstable_by(f64::total_cmp);
+    time.dedup();
+    time
+}
+
+/// Row of each time among all; `u32::MAX` for none.
+fn places(own: &[f64], all: &[f64], repeated: &mut usize) -> Vec<u32> {
+    let mut at = 0;
+    let mut previous = f64::NAN;
+    let place = |t: &f64| {
+        if !t.is_finite() {
+            return u32::MAX;
+        }
+        *repeated += usize::from(*t == previous);
+        previous = *t;
+        while at < all.len() && all[at] < *t {
+            at += 1;
+        }
+        at as u32
+    };
+    own.iter().map(place).collect()
+}
