@@ -14,6 +14,7 @@ mod grower;
 mod gzip;
 mod json;
 mod lines;
+mod mdf4;
 mod nmea;
 mod npy;
 mod oxts;
@@ -56,6 +57,8 @@ pub enum Format {
     Asc,
     /// Log of candump.
     Candump,
+    /// ASAM MDF 4.
+    Mdf4,
     /// gzip around any other.
     Gzip,
     /// ZIP around any others: phone recordings, `.npz`, KITTI.
@@ -76,6 +79,7 @@ pub const FORMATS: &[(Format, &str, &str)] = &[
     (Format::Blf, "blf", "Vector BLF"),
     (Format::Asc, "asc", "Vector ASC"),
     (Format::Candump, "candump", "candump log"),
+    (Format::Mdf4, "mf4", "ASAM MDF 4"),
     (Format::Gzip, "gz", "gzip around any other"),
     (Format::Zip, "zip", "ZIP archive (phone recordings, NumPy, KITTI)"),
 ];
@@ -92,6 +96,8 @@ impl Format {
             (b"PK\x05\x06", Format::Zip),
             (b"\x93NUMPY", Format::Npy),
             (b"LOGG", Format::Blf),
+            (b"MDF ", Format::Mdf4),
+            (b"UnFinMF ", Format::Mdf4),
         ];
         if let Some((_, format)) = MAGIC.iter().find(|(magic, _)| head.starts_with(magic)) {
             return *format;
@@ -135,7 +141,7 @@ impl Format {
 
     /// Whether the format is read from several places of the file at once.
     pub(crate) fn seeks(self) -> bool {
-        matches!(self, Self::Zip)
+        matches!(self, Self::Zip | Self::Mdf4)
     }
 }
 
@@ -200,7 +206,7 @@ pub(crate) fn reader(format: Format, context: Context) -> Box<dyn Reader> {
         Format::Asc => Box::new(asc::Asc::new(context)),
         Format::Candump => Box::new(candump::Candump::new(context)),
         Format::Gzip => Box::new(gzip::Gunzip::new(context)),
-        Format::Zip => Box::new(gzip::Unpack::new(context)),
+        Format::Zip | Format::Mdf4 => Box::new(gzip::Unpack::new(context)),
     }
 }
 
@@ -208,6 +214,7 @@ pub(crate) fn reader(format: Format, context: Context) -> Box<dyn Reader> {
 pub(crate) fn seeking(format: Format, context: &Context) -> Option<Box<dyn Seeking>> {
     match format {
         Format::Zip => Some(Box::new(zip::Zip::new(context.clone()))),
+        Format::Mdf4 => Some(Box::new(mdf4::Mdf4::new(context.clone()))),
         _ => None,
     }
 }
