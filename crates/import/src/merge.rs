@@ -121,6 +121,7 @@ pub(crate) fn merge(log: Log) -> Result<Merged, ImportError> {
     let epoch = align(&mut parts, &mut notes);
     let mut parts = join(parts, &mut notes);
     pair_inertial(&mut parts, &mut notes);
+    gather_fixes(&mut parts, &mut notes);
     warnings.extend(parts.iter_mut().flat_map(|p| std::mem::take(&mut p.table.warnings)));
     let (mut table, unused) = wide(parts, &mut warnings)?;
     if let Some(clock) = table.columns.first_mut() {
@@ -133,23 +134,27 @@ pub(crate) fn merge(log: Log) -> Result<Merged, ImportError> {
 /// The tables that have a clock.
 fn timed(tables: Vec<Table>, warnings: &mut Vec<Warning>) -> Result<Vec<Part>, ImportError> {
     let mut parts = Vec::new();
+    let mut left_out = Vec::new();
     let mut failure = None;
     for table in tables {
         match Part::new(table) {
             Ok(part) => parts.push(part),
             Err((_, error @ ImportError::TimeBackwards { .. })) => return Err(error),
             Err((table, error)) => {
-                let label = if table.part.is_empty() { table.name } else { format!("{}, {}", table.name, table.part) };
-                let message = format!("{label} left out: {error}");
-                warnings.push(Warning { message, column: None, row: None, count: 1 });
+                left_out.push(if table.part.is_empty() { table.name } else { table.part });
                 failure.get_or_insert(error);
             }
         }
     }
-    match (parts.is_empty(), failure) {
-        (true, Some(error)) => Err(error),
-        _ => Ok(parts),
+    if let (true, Some(error)) = (parts.is_empty(), failure) {
+        return Err(error);
     }
+    if !left_out.is_empty() {
+        let names = crate::error::name_list(left_out.iter().map(String::as_str));
+        let message = format!("tables without a clock or with fewer than 2 times left out: {names}.");
+        warnings.push(Warning { message, column: None, row: None, count: left_out.len() });
+    }
+    Ok(parts)
 }
 
 /// Put all times on one clock; what it counts from, if that is known.
@@ -265,6 +270,48 @@ fn pair_inertial(parts: &mut [Part], notes: &mut Vec<String>) {
     }
     // The table with most inertial signals comes first: of two of a name it is the one that is taken.
     parts[..=main].rotate_right(1);
+}
+
+/// What a receiver sends in several messages of one burst is put together with its position.
+fn gather_fixes(parts: &mut [Part], notes: &mut Vec<String>) {
+    let Some(main) = parts.iter().position(|p| p.has("gnss_lat")) else { return };
+    let at = parts[main].time.clone();
+    let reach = 0.45 * clock::median_step(&at);
+    let file = parts[main].table.name.clone();
+    let is_gnss = |signal: &String| signal.starts_with("gnss_") || signal == "course";
+    let mut gathered = Vec::new();
+    for other in (0..parts.len()).filter(|&i| i != main) {
+        if parts[other].table.name != file {
+            continue;
+        }
+        let columns = std::mem::take(&mut parts[other].table.columns);
+        for mut column in columns {
+            let signal = if Part::is_clock(&column) { None } else { Part::signals(&column).into_iter().next() };
+            match signal.filter(is_gnss).filter(|s| !parts[main].has(s)) {
+                Some(_) => {
+                    column.values = nearest(&parts[other].time, &column.values, &at, reach);
+                    gathered.push(format!("`{}`", column.name));
+                    parts[main].table.columns.push(column);
+                }
+                None => parts[other].table.columns.push(column),
+            }
+        }
+    }
+    if !gathered.is_empty() {
+        let list = gathered.join(", ");
+        notes.push(format!("{list} come in messages of their own and were put to the nearest position in time."));
+    }
+}
+
+/// The value nearest to each time, within `reach`.
+fn nearest(time: &[f64], values: &[f64], at: &[f64], reach: f64) -> Vec<f64> {
+    let value = |&t: &f64| {
+        let after = time.partition_point(|k| *k < t);
+        let near = [after.wrapping_sub(1), after].into_iter().filter_map(|i| Some((time.get(i)?, values.get(i)?)));
+        let best = near.min_by(|a, b| (a.0 - t).abs().total_cmp(&(b.0 - t).abs()));
+        best.filter(|(k, _)| (**k - t).abs() <= reach).map_or(f64::NAN, |(_, v)| *v)
+    };
+    at.iter().map(value).collect()
 }
 
 fn interpolate(time: &[f64], values: &[f64], at: &[f64]) -> Vec<f64> {

@@ -42,7 +42,9 @@ impl Slot {
                 pages.len() - 1
             });
             pages[page].0.push(i);
-            pages[page].1.column(&signal.name, &signal.unit, None);
+            // A number as it is on the bus, without a unit, is no physical quantity.
+            let unit = if signal.unit.is_empty() && signal.is_raw() { "raw" } else { &signal.unit };
+            pages[page].1.column(&signal.name, unit, None);
         }
         Self { message: message.clone(), pages }
     }

@@ -66,6 +66,11 @@ impl Signal {
         Some((wide >> drop) as u64 & (u64::MAX >> (64 - self.length)))
     }
 
+    /// Whether the value is the bits themselves.
+    pub fn is_raw(&self) -> bool {
+        self.factor == 1.0 && self.offset == 0.0
+    }
+
     /// The physical value of the bits; NaN where `j1939` and the bits say that there is none.
     pub fn value(&self, raw: u64, j1939: bool) -> f64 {
         let unused = 64 - self.length;

@@ -84,9 +84,21 @@ impl Grower {
         Err(ImportError::OutOfMemory { file: self.file.to_string(), row: self.rows() + 1, columns: self.columns.len() })
     }
 
+    /// The first time.
+    pub fn first(&self) -> Option<i64> {
+        self.time.first().copied()
+    }
+
     /// Add to all times.
     pub fn shift(&mut self, ns: i64) {
         self.time.iter_mut().for_each(|t| *t = t.saturating_add(ns));
+    }
+
+    /// Add to each row's time its own difference.
+    pub fn retime(&mut self, differences: &[i64]) {
+        for (time, difference) in self.time.iter_mut().zip(differences) {
+            *time = time.saturating_add(*difference);
+        }
     }
 
     /// The table: seconds from its first row, rows in time order, columns without any value left out.

@@ -4,7 +4,9 @@
 //! (archives, MDF4) seek ([`Seeking`]).
 
 mod asc;
+mod bag;
 mod blf;
+mod bzip2;
 mod can;
 mod candump;
 mod carry;
@@ -14,11 +16,17 @@ mod grower;
 mod gzip;
 mod json;
 mod lines;
+mod lz4;
+mod mcap;
 mod mdf4;
 mod nmea;
 mod npy;
 mod oxts;
 mod phone;
+mod proto;
+mod ros;
+mod topics;
+mod ulog;
 mod vbo;
 mod zip;
 
@@ -57,6 +65,12 @@ pub enum Format {
     Asc,
     /// Log of candump.
     Candump,
+    /// PX4 ULog.
+    Ulog,
+    /// MCAP.
+    Mcap,
+    /// ROS 1 bag.
+    Bag,
     /// ASAM MDF 4.
     Mdf4,
     /// gzip around any other.
@@ -79,6 +93,9 @@ pub const FORMATS: &[(Format, &str, &str)] = &[
     (Format::Blf, "blf", "Vector BLF"),
     (Format::Asc, "asc", "Vector ASC"),
     (Format::Candump, "candump", "candump log"),
+    (Format::Ulog, "ulg", "PX4 ULog"),
+    (Format::Mcap, "mcap", "MCAP"),
+    (Format::Bag, "bag", "ROS 1 bag"),
     (Format::Mdf4, "mf4", "ASAM MDF 4"),
     (Format::Gzip, "gz", "gzip around any other"),
     (Format::Zip, "zip", "ZIP archive (phone recordings, NumPy, KITTI)"),
@@ -97,6 +114,9 @@ impl Format {
             (b"\x93NUMPY", Format::Npy),
             (b"LOGG", Format::Blf),
             (b"MDF ", Format::Mdf4),
+            (b"ULog\x01\x12\x35", Format::Ulog),
+            (b"\x89MCAP0\r\n", Format::Mcap),
+            (b"#ROSBAG V2.0", Format::Bag),
             (b"UnFinMF ", Format::Mdf4),
         ];
         if let Some((_, format)) = MAGIC.iter().find(|(magic, _)| head.starts_with(magic)) {
@@ -206,6 +226,9 @@ pub(crate) fn reader(format: Format, context: Context) -> Box<dyn Reader> {
         Format::Asc => Box::new(asc::Asc::new(context)),
         Format::Candump => Box::new(candump::Candump::new(context)),
         Format::Gzip => Box::new(gzip::Gunzip::new(context)),
+        Format::Ulog => Box::new(ulog::Ulog::new(context)),
+        Format::Mcap => Box::new(mcap::Mcap::new(context)),
+        Format::Bag => Box::new(bag::Bag::new(context)),
         Format::Zip | Format::Mdf4 => Box::new(gzip::Unpack::new(context)),
     }
 }
