@@ -119,11 +119,12 @@ pub(crate) fn merge(log: Log) -> Result<Merged, ImportError> {
     let mut notes = Vec::new();
     let mut parts = timed(tables, &mut warnings)?;
     let epoch = align(&mut parts, &mut notes);
+    let name = file_names(&parts);
     let mut parts = join(parts, &mut notes);
     pair_inertial(&mut parts, &mut notes);
     gather_fixes(&mut parts, &mut notes);
     warnings.extend(parts.iter_mut().flat_map(|p| std::mem::take(&mut p.table.warnings)));
-    let (mut table, unused) = wide(parts, &mut warnings)?;
+    let (mut table, unused) = wide(parts, &name, &mut warnings)?;
     if let Some(clock) = table.columns.first_mut() {
         clock.epoch = epoch;
     }
@@ -247,6 +248,7 @@ fn pair_inertial(parts: &mut [Part], notes: &mut Vec<String>) {
     let Some((main, _)) = parts.iter().enumerate().max_by_key(rank).filter(|(_, p)| count(p) > 0) else { return };
     let at = parts[main].time.clone();
     for other in (0..parts.len()).filter(|&i| i != main) {
+        let mut moved = Vec::new();
         for signal in SIGNALS {
             if parts[main].has(signal) || !parts[other].has(signal) {
                 continue;
@@ -255,17 +257,20 @@ fn pair_inertial(parts: &mut [Part], notes: &mut Vec<String>) {
             let Some(index) = parts[other].table.columns.iter().position(is_it) else { continue };
             let mut column = parts[other].table.columns.remove(index);
             column.values = interpolate(&parts[other].time, &column.values, &at);
-            let (a, b) = (clock::median_step(&parts[other].time), clock::median_step(&at));
+            moved.push(format!("`{}`", column.name));
+            parts[main].table.columns.push(column);
+        }
+        if !moved.is_empty() {
+            let steps = [&parts[other].time, &at].map(|t| 1e3 * clock::median_step(t));
             notes.push(format!(
-                "`{}` of {} was interpolated from its own clock to that of {}, so that both make one inertial sample \
+                "{} of {} were interpolated from their own clock to that of {}, so that both make one inertial sample \
                  (steps of {:.2} and {:.2} ms).",
-                column.name,
+                moved.join(", "),
                 parts[other].label(),
                 parts[main].label(),
-                1e3 * a,
-                1e3 * b
+                steps[0],
+                steps[1]
             ));
-            parts[main].table.columns.push(column);
         }
     }
     // The table with most inertial signals comes first: of two of a name it is the one that is taken.
@@ -289,7 +294,12 @@ fn gather_fixes(parts: &mut [Part], notes: &mut Vec<String>) {
             let signal = if Part::is_clock(&column) { None } else { Part::signals(&column).into_iter().next() };
             match signal.filter(is_gnss).filter(|s| !parts[main].has(s)) {
                 Some(_) => {
-                    column.values = nearest(&parts[other].time, &column.values, &at, reach);
+                    let values = nearest(&parts[other].time, &column.values, &at, reach);
+                    if values.iter().all(|v| v.is_nan()) {
+                        parts[other].table.columns.push(column);
+                        continue;
+                    }
+                    column.values = values;
                     gathered.push(format!("`{}`", column.name));
                     parts[main].table.columns.push(column);
                 }
@@ -334,8 +344,8 @@ fn interpolate(time: &[f64], values: &[f64], at: &[f64]) -> Vec<f64> {
 }
 
 /// One table over all times, of the columns that a name or the format explains.
-fn wide(mut parts: Vec<Part>, warnings: &mut Vec<Warning>) -> Result<(Table, Vec<Unused>), ImportError> {
-    let name = file_names(&parts);
+fn wide(mut parts: Vec<Part>, name: &str, warnings: &mut Vec<Warning>) -> Result<(Table, Vec<Unused>), ImportError> {
+    let name = name.to_owned();
     let mut unused = Vec::new();
     for part in &mut parts {
         let label = part.label();
