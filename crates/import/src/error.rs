@@ -34,7 +34,7 @@ pub enum ImportError {
     RowTooLong { file: String, row: usize, limit: usize },
     /// A quote that is never closed.
     #[error(
-        "{file}, row {row}: expected a closing quote, found the end of the file; close or remove the quote that opens in this row."
+        "{file}, row {row}: expected a closing quote, found none; close or remove the quote that opens in this row."
     )]
     UnclosedQuote { file: String, row: usize },
     /// A row with another number of cells than the header.

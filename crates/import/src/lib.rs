@@ -1,11 +1,13 @@
 //! The way from bytes to a drive: reading tables, mapping their columns to signals, checking that against physics.
 //!
 //! ```text
-//! bytes --CsvReader--> Table --propose--> Proposal (Mapping, reasons, notes) --apply--> Drive
+//! CSV   --CsvReader--------------------> Table --propose--> Proposal (Mapping, reasons, notes) --apply--> Drive
+//! files --Opening--> Log (tables) --merge--^
 //! ```
 //!
 //! A file is read in slices and only its columns of numbers are kept. What a column means is proposed from its name, its
-//! unit and physics; every guess is a note in words. What is wrong with a file is one sentence ([`ImportError`]).
+//! unit and physics, or defined by its format; every guess is a note in words. What is wrong with a file is one sentence
+//! ([`ImportError`]). Formats: [`FORMATS`].
 //!
 //! # Example
 //!
@@ -35,6 +37,7 @@ mod merge;
 mod names;
 mod number;
 mod opening;
+mod pairing;
 mod physics;
 mod place;
 mod propose;

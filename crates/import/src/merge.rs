@@ -6,14 +6,13 @@ use crate::clock;
 use crate::error::ImportError;
 use crate::names::{self, time_name};
 use crate::opening::Log;
+use crate::pairing::{gather_fixes, pair_inertial};
 use crate::propose::Unused;
 use crate::table::{RawColumn, Table, TimeEpoch, Warning};
 
 /// Seconds between 2001 and 2096: such a time is one since 1970.
 const UNIX: std::ops::Range<f64> = 1e9..4e9;
 const DAY: f64 = 86_400.0;
-/// An accelerometer is interpolated between samples that are at most this far apart, s.
-const BRIDGE: f64 = 0.25;
 
 /// Everything of a log over one clock, and what that cost.
 #[derive(Debug)]
@@ -42,9 +41,9 @@ fn seconds(from: i64, to: i64) -> f64 {
 
 /// A table with its times.
 #[derive(Debug)]
-struct Part {
-    table: Table,
-    time: Vec<f64>,
+pub(crate) struct Part {
+    pub table: Table,
+    pub time: Vec<f64>,
     base: Base,
 }
 
@@ -82,24 +81,24 @@ impl Part {
         (&self.table.part, self.table.columns.iter().map(|c| c.name.as_str()).collect())
     }
 
-    fn label(&self) -> String {
+    pub fn label(&self) -> String {
         let Table { name, part, .. } = &self.table;
         if part.is_empty() { name.clone() } else { format!("{name}, {part}") }
     }
 
-    fn is_clock(column: &RawColumn) -> bool {
+    pub fn is_clock(column: &RawColumn) -> bool {
         column.meaning.is_none() && (column.epoch.is_some() || time_name(&column.name).is_some())
     }
 
     /// The signals of a column.
-    fn signals(column: &RawColumn) -> Vec<String> {
+    pub fn signals(column: &RawColumn) -> Vec<String> {
         match column.meaning {
             Some(m) => vec![m.signal.to_owned()],
             None => names::matches(&column.name).into_iter().map(|m| m.signal).collect(),
         }
     }
 
-    fn has(&self, signal: &str) -> bool {
+    pub fn has(&self, signal: &str) -> bool {
         self.table.columns.iter().any(|c| !Self::is_clock(c) && Self::signals(c).iter().any(|s| s == signal))
     }
 }
@@ -198,16 +197,12 @@ fn align(parts: &mut [Part], notes: &mut Vec<String>) -> Option<TimeEpoch> {
 /// Join the parts of one recording that follow each other.
 fn join(parts: Vec<Part>, notes: &mut Vec<String>) -> Vec<Part> {
     let mut joined: Vec<Part> = Vec::new();
-    let mut order: Vec<Part> = parts;
-    // Only the order of equal schemas matters; the order of the tables among each other stays.
-    let starts: Vec<f64> = order.iter().map(|p| p.ends().0).collect();
-    let mut index: Vec<usize> = (0..order.len()).collect();
-    index.sort_by(|&a, &b| {
-        let (same, time) = (order[a].schema() == order[b].schema(), starts[a].total_cmp(&starts[b]));
-        if same { time.then(a.cmp(&b)) } else { a.cmp(&b) }
-    });
-    let mut slots: Vec<Option<Part>> = order.drain(..).map(Some).collect();
-    for i in index {
+    // The kinds of tables keep the order in which they came; the parts of a kind go by time.
+    let kind = |p: &Part| parts.iter().position(|q| q.schema() == p.schema()).unwrap_or(0);
+    let mut index: Vec<(usize, f64, usize)> = parts.iter().enumerate().map(|(i, p)| (kind(p), p.ends().0, i)).collect();
+    index.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+    let mut slots: Vec<Option<Part>> = parts.into_iter().map(Some).collect();
+    for (_, _, i) in index {
         let Some(mut part) = slots[i].take() else { continue };
         let Some(before) = joined.iter_mut().rev().find(|p| p.schema() == part.schema()) else {
             joined.push(part);
@@ -236,111 +231,6 @@ fn append(before: &mut Part, mut part: Part) {
     }
     before.table.rows += part.table.rows;
     before.table.warnings.append(&mut part.table.warnings);
-}
-
-/// Inertial signals with clocks of their own are interpolated to the clock that has most of them, so that they make one
-/// inertial sample.
-fn pair_inertial(parts: &mut [Part], notes: &mut Vec<String>) {
-    const SIGNALS: [&str; 6] = ["gyro_z", "gyro_x", "gyro_y", "accel_x", "accel_y", "accel_z"];
-    let count = |p: &Part| SIGNALS.iter().filter(|s| p.has(s)).count();
-    // The first of those with most; of equal ones that of the gyroscope, which is integrated.
-    let rank = |(i, p): &(usize, &Part)| (count(p), p.has("gyro_z"), std::cmp::Reverse(*i));
-    let Some((main, _)) = parts.iter().enumerate().max_by_key(rank).filter(|(_, p)| count(p) > 0) else { return };
-    let at = parts[main].time.clone();
-    for other in (0..parts.len()).filter(|&i| i != main) {
-        let mut moved = Vec::new();
-        for signal in SIGNALS {
-            if parts[main].has(signal) || !parts[other].has(signal) {
-                continue;
-            }
-            let is_it = |c: &RawColumn| !Part::is_clock(c) && Part::signals(c).iter().any(|s| s == signal);
-            let Some(index) = parts[other].table.columns.iter().position(is_it) else { continue };
-            let mut column = parts[other].table.columns.remove(index);
-            column.values = interpolate(&parts[other].time, &column.values, &at);
-            moved.push(format!("`{}`", column.name));
-            parts[main].table.columns.push(column);
-        }
-        if !moved.is_empty() {
-            let steps = [&parts[other].time, &at].map(|t| 1e3 * clock::median_step(t));
-            notes.push(format!(
-                "{} of {} were interpolated from their own clock to that of {}, so that both make one inertial sample \
-                 (steps of {:.2} and {:.2} ms).",
-                moved.join(", "),
-                parts[other].label(),
-                parts[main].label(),
-                steps[0],
-                steps[1]
-            ));
-        }
-    }
-    // The table with most inertial signals comes first: of two of a name it is the one that is taken.
-    parts[..=main].rotate_right(1);
-}
-
-/// What a receiver sends in several messages of one burst is put together with its position.
-fn gather_fixes(parts: &mut [Part], notes: &mut Vec<String>) {
-    let Some(main) = parts.iter().position(|p| p.has("gnss_lat")) else { return };
-    let at = parts[main].time.clone();
-    let reach = 0.45 * clock::median_step(&at);
-    let file = parts[main].table.name.clone();
-    let is_gnss = |signal: &String| signal.starts_with("gnss_") || signal == "course";
-    let mut gathered = Vec::new();
-    for other in (0..parts.len()).filter(|&i| i != main) {
-        if parts[other].table.name != file {
-            continue;
-        }
-        let columns = std::mem::take(&mut parts[other].table.columns);
-        for mut column in columns {
-            let signal = if Part::is_clock(&column) { None } else { Part::signals(&column).into_iter().next() };
-            match signal.filter(is_gnss).filter(|s| !parts[main].has(s)) {
-                Some(_) => {
-                    let values = nearest(&parts[other].time, &column.values, &at, reach);
-                    if values.iter().all(|v| v.is_nan()) {
-                        parts[other].table.columns.push(column);
-                        continue;
-                    }
-                    column.values = values;
-                    gathered.push(format!("`{}`", column.name));
-                    parts[main].table.columns.push(column);
-                }
-                None => parts[other].table.columns.push(column),
-            }
-        }
-    }
-    if !gathered.is_empty() {
-        let list = gathered.join(", ");
-        notes.push(format!("{list} come in messages of their own and were put to the nearest position in time."));
-    }
-}
-
-/// The value nearest to each time, within `reach`.
-fn nearest(time: &[f64], values: &[f64], at: &[f64], reach: f64) -> Vec<f64> {
-    let value = |&t: &f64| {
-        let after = time.partition_point(|k| *k < t);
-        let near = [after.wrapping_sub(1), after].into_iter().filter_map(|i| Some((time.get(i)?, values.get(i)?)));
-        let best = near.min_by(|a, b| (a.0 - t).abs().total_cmp(&(b.0 - t).abs()));
-        best.filter(|(k, _)| (**k - t).abs() <= reach).map_or(f64::NAN, |(_, v)| *v)
-    };
-    at.iter().map(value).collect()
-}
-
-fn interpolate(time: &[f64], values: &[f64], at: &[f64]) -> Vec<f64> {
-    let known: Vec<(f64, f64)> =
-        time.iter().copied().zip(values.iter().copied()).filter(|(t, v)| t.is_finite() && v.is_finite()).collect();
-    let value = |&t: &f64| {
-        let after = known.partition_point(|(k, _)| *k < t);
-        let (Some(&(t1, v1)), Some(&(t0, v0))) = (known.get(after), known.get(after.wrapping_sub(1))) else {
-            return known.get(after).filter(|(k, _)| *k == t).map_or(f64::NAN, |(_, v)| *v);
-        };
-        if t1 == t {
-            v1
-        } else if t1 - t0 > BRIDGE {
-            f64::NAN
-        } else {
-            v0 + (v1 - v0) * ((t - t0) / (t1 - t0))
-        }
-    };
-    at.iter().map(value).collect()
 }
 
 /// One table over all times, of the columns that a name or the format explains.

@@ -62,31 +62,29 @@ impl Blf {
 
     fn objects(&mut self) -> Result<(), ImportError> {
         loop {
-            // Between objects there may be up to three bytes of padding.
-            while let Some(head) = self.outer.peek(4).filter(|h| *h != b"LOBJ") {
-                let skip = if head[0] == 0 || !head.contains(&b'L') {
-                    1
-                } else {
-                    head.iter().position(|b| *b == b'L').unwrap_or(0).max(1)
-                };
-                self.lost += skip;
-                self.outer.consume(skip);
-            }
+            self.skip_padding();
             let Some(head) = self.outer.peek(OBJECT) else { return Ok(()) };
             let (size, kind) = (le(head, 8, 4) as usize, le(head, 12, 4));
             if !(OBJECT..=LONGEST).contains(&size) {
                 let found = format!("{size} bytes");
                 return Err(self.bad(self.outer.offset(), "an object of at most 64 MiB", &found));
             }
-            let Some(object) = self.outer.peek(size) else { return Ok(()) };
+            let Some(object) = self.outer.peek(size).map(<[u8]>::to_vec) else { return Ok(()) };
             if kind == CONTAINER {
-                let object = object.to_vec();
                 self.container(&object)?;
             } else {
-                let object = object.to_vec();
                 object_of(&object, &mut self.frames)?;
             }
             self.outer.consume(size);
+        }
+    }
+
+    /// Between objects there are up to three bytes of padding; a damaged length leaves more to be passed over.
+    fn skip_padding(&mut self) {
+        while let Some(head) = self.outer.peek(4).filter(|h| *h != b"LOBJ") {
+            let next = head[1..].iter().position(|b| *b == b'L').map_or(4, |i| i + 1);
+            self.lost += next;
+            self.outer.consume(next);
         }
     }
 
@@ -143,9 +141,10 @@ impl Blf {
 
 /// The frame that an object holds, if it is one.
 fn object_of(object: &[u8], frames: &mut Frames) -> Result<(), ImportError> {
-    let (header, version, kind) = (le(object, 4, 2) as usize, le(object, 6, 2), le(object, 12, 4));
+    let (header, kind) = (le(object, 4, 2) as usize, le(object, 12, 4));
     let Some(body) = object.get(header..) else { return Ok(()) };
-    let raw = le(object, if version == 2 { 24 } else { 24 }, 8) as i64;
+    // Both versions of the header have the time at the same place.
+    let raw = le(object, 24, 8) as i64;
     let time = if le(object, 16, 4) == 1 { raw.saturating_mul(10_000) } else { raw };
     let (channel, id, data) = match kind {
         // CAN_MESSAGE and CAN_MESSAGE2.
@@ -181,6 +180,9 @@ impl Reader for Blf {
     }
 
     fn finish(self: Box<Self>, log: &mut Gathered) -> Result<(), ImportError> {
+        if self.lost > 1024 {
+            log.warn(format!("{}: bytes between objects passed over ({}).", self.file, self.lost));
+        }
         if self.outer.left() > 16 {
             log.warn(format!("{}: the file ends inside an object; what came before was read.", self.file));
         }

@@ -171,35 +171,18 @@ impl Plan {
             let steps = vec![self.step_of(types, kind, path, depth + 1, false)?];
             return Some(Step::Array { count, steps });
         }
-        let number = match kind {
-            "bool" | "uint8" | "byte" => Number::Unsigned(1),
-            "char" => Number::Unsigned(1),
-            "int8" => Number::Signed(1),
-            "uint16" => Number::Unsigned(2),
-            "int16" => Number::Signed(2),
-            "uint32" => Number::Unsigned(4),
-            "int32" => Number::Signed(4),
-            "uint64" => Number::Unsigned(8),
-            "int64" => Number::Signed(8),
-            "float32" => Number::Float,
-            "float64" => Number::Double,
-            "time"
-            | "duration"
-            | "builtin_interfaces/Time"
-            | "builtin_interfaces/Duration"
-            | "builtin_interfaces/msg/Time" => {
-                if keep && path == "header.stamp" {
-                    return Some(Step::Stamp);
-                }
-                return Some(Step::Number { kind: Number::Time, keep: false });
-            }
-            _ if kind == "string" || kind.starts_with("string<") => return Some(Step::Text),
+        if TIMES.contains(&kind) {
+            let stamp = keep && path == "header.stamp";
+            return Some(if stamp { Step::Stamp } else { Step::Number { kind: Number::Time, keep: false } });
+        }
+        if kind == "string" || kind.starts_with("string<") {
+            return Some(Step::Text);
+        }
+        let Some(number) = number_of(kind) else {
             // Definitions of ROS 1 leave the header's package out.
-            _ => {
-                let name = if kind == "Header" { "std_msgs/Header" } else { kind };
-                let steps = self.steps_of(types, name, path, depth + 1, keep)?;
-                return Some(Step::Array { count: 1, steps });
-            }
+            let name = if kind == "Header" { "std_msgs/Header" } else { kind };
+            let steps = self.steps_of(types, name, path, depth + 1, keep)?;
+            return Some(Step::Array { count: 1, steps });
         };
         let keep = keep && self.names.len() < WIDEST && path != "header.seq";
         if keep {
@@ -219,6 +202,26 @@ impl Plan {
         cursor.run(&self.steps, row, true)?;
         Some(cursor.stamp)
     }
+}
+
+/// Types of two numbers of 32 bits.
+const TIMES: [&str; 5] =
+    ["time", "duration", "builtin_interfaces/Time", "builtin_interfaces/Duration", "builtin_interfaces/msg/Time"];
+
+fn number_of(kind: &str) -> Option<Number> {
+    Some(match kind {
+        "bool" | "uint8" | "byte" | "char" => Number::Unsigned(1),
+        "int8" => Number::Signed(1),
+        "uint16" => Number::Unsigned(2),
+        "int16" => Number::Signed(2),
+        "uint32" => Number::Unsigned(4),
+        "int32" => Number::Signed(4),
+        "uint64" => Number::Unsigned(8),
+        "int64" => Number::Signed(8),
+        "float32" => Number::Float,
+        "float64" => Number::Double,
+        _ => return None,
+    })
 }
 
 /// The definition of a type: by its name, or by the end of it where the package is left out.

@@ -164,7 +164,8 @@ impl Zip {
 
 /// The member whose directory entry begins at `at`, unless it is a folder or a file that no log is.
 fn member(bytes: &[u8], at: usize, name: usize, extra: usize) -> Option<Member> {
-    let text = decode(bytes.get(at + 46..at + 46 + name)?);
+    // A name is said in sentences of one line.
+    let text = decode(bytes.get(at + 46..at + 46 + name)?).replace(char::is_control, "?");
     let mut member = Member {
         method: le(bytes, at + 10, 2) as u16,
         packed: le(bytes, at + 20, 4),
