@@ -115,7 +115,7 @@ pub enum ImportError {
     OutOfMemory { file: String, row: usize, columns: usize },
     /// Something in a file of a known format that is not as the format has it.
     #[error("{file}, {place}: expected {expected}, found {found}; {advice}.")]
-    Form { file: String, place: String, expected: String, found: String, advice: String },
+    Form { file: String, place: String, expected: String, found: String, advice: &'static str },
     /// No file held anything to read.
     #[error("{sentence}")]
     Nothing { sentence: String },
@@ -125,14 +125,8 @@ pub enum ImportError {
 }
 
 /// [`ImportError::Form`] from borrowed parts.
-pub(crate) fn form(file: &str, place: String, expected: &str, found: &str, advice: &str) -> ImportError {
-    ImportError::Form {
-        file: file.to_owned(),
-        place,
-        expected: expected.to_owned(),
-        found: found.to_owned(),
-        advice: advice.to_owned(),
-    }
+pub(crate) fn form(file: &str, place: String, expected: &str, found: &str, advice: &'static str) -> ImportError {
+    ImportError::Form { file: file.to_owned(), place, expected: expected.to_owned(), found: found.to_owned(), advice }
 }
 
 impl ImportError {

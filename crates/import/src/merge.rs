@@ -48,11 +48,11 @@ pub(crate) struct Part {
 }
 
 impl Part {
-    fn new(table: Table) -> Result<Self, (Table, ImportError)> {
+    fn new(table: Table) -> Result<Self, Box<(Table, ImportError)>> {
         let read = clock::propose(&table).and_then(|c| Ok((clock::times(&table, &c.source)?, c.source.column)));
         let (time, column) = match read {
             Ok(found) => found,
-            Err(error) => return Err((table, error)),
+            Err(error) => return Err(Box::new((table, error))),
         };
         let epoch = table.column(&column).and_then(|c| c.epoch);
         let first = time.iter().copied().find(|t| t.is_finite()).unwrap_or(0.0);
@@ -139,8 +139,11 @@ fn timed(tables: Vec<Table>, warnings: &mut Vec<Warning>) -> Result<Vec<Part>, I
     for table in tables {
         match Part::new(table) {
             Ok(part) => parts.push(part),
-            Err((_, error @ ImportError::TimeBackwards { .. })) => return Err(error),
-            Err((table, error)) => {
+            Err(failed) => {
+                let (table, error) = *failed;
+                if matches!(error, ImportError::TimeBackwards { .. }) {
+                    return Err(error);
+                }
                 left_out.push(if table.part.is_empty() { table.name } else { table.part });
                 failure.get_or_insert(error);
             }

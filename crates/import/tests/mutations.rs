@@ -1,5 +1,5 @@
 //! No reader panics or hangs on a damaged file. Each sample is damaged in ways that a seed decides; a failure names the
-//! sample and the seed. `DRIVESCOPE_MUTATIONS` is how often each is damaged (100,000 takes about an hour).
+//! sample and the seed. `DRIVESCOPE_MUTATIONS` is how often each is damaged; `DRIVESCOPE_MUTATION=SAMPLE:SEED` is one only.
 
 #![allow(clippy::unwrap_used)]
 
@@ -11,7 +11,7 @@ use std::time::Instant;
 use drivescope_import::{MemorySource, Opening, Source, open_log};
 
 /// Damaged copies of each sample without the variable.
-const COPIES: u64 = 150;
+const COPIES: u64 = 500;
 /// The longest that a damaged file of a few kilobytes may take, s: an undamaged one takes a millisecond.
 const LONGEST: f64 = 5.0;
 
@@ -89,17 +89,28 @@ fn check(sentence: &str) {
 #[test]
 fn no_reader_panics_or_hangs_on_damaged_files() {
     let copies = std::env::var("DRIVESCOPE_MUTATIONS").ok().and_then(|v| v.parse().ok()).unwrap_or(COPIES);
+    let only = std::env::var("DRIVESCOPE_MUTATION").ok();
     for sample in samples::all() {
         for seed in 1..=copies {
+            if only.as_ref().is_some_and(|o| *o != format!("{}:{seed}", sample.name)) {
+                continue;
+            }
             let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
             let mut files = sample.files.clone();
             // One in eight damages the database of a bus log instead of the log.
             let which = if random.below(8) == 0 { files.len() - 1 } else { 0 };
             damage(&mut files[which].1, &mut random);
-            let begin = Instant::now();
-            let outcome = catch_unwind(AssertUnwindSafe(|| open(files)));
-            assert!(outcome.is_ok(), "{}, seed {seed}: the reader panicked", sample.name);
-            let took = begin.elapsed().as_secs_f64();
+            let mut took = f64::INFINITY;
+            // A machine may stand still for a while: what takes long is tried once more.
+            for _ in 0..2 {
+                let (begin, files) = (Instant::now(), files.clone());
+                let outcome = catch_unwind(AssertUnwindSafe(|| open(files)));
+                assert!(outcome.is_ok(), "{}, seed {seed}: the reader panicked", sample.name);
+                took = begin.elapsed().as_secs_f64();
+                if took < LONGEST {
+                    break;
+                }
+            }
             assert!(took < LONGEST, "{}, seed {seed}: {took:.1} s", sample.name);
         }
     }

@@ -28,7 +28,7 @@ impl File {
     }
 
     fn block(&mut self, id: &[u8; 4], links: &[u64], data: &[u8]) -> u64 {
-        while self.bytes.len() % 8 != 0 {
+        while !self.bytes.len().is_multiple_of(8) {
             self.bytes.push(0);
         }
         let at = self.bytes.len() as u64;

@@ -154,7 +154,7 @@ pub fn npy(values: &[f64], width: usize) -> Vec<u8> {
     let rows = values.len() / width;
     let shape = if width == 1 { format!("({rows},)") } else { format!("({rows}, {width})") };
     let mut header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");
-    while (header.len() + 11) % 64 != 0 {
+    while !(header.len() + 11).is_multiple_of(64) {
         header.push(' ');
     }
     header.push('\n');
