@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Code size of every format's reader in WebAssembly: builds the example `open` and adds up its functions by module."""
+"""Code size of every format's reader in WebAssembly: builds the example `linked` and adds up its functions by module."""
 
 import collections
 import os
@@ -10,8 +10,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
-WASM = TARGET / "wasm32-unknown-unknown" / "release" / "examples" / "open.wasm"
+WASM = TARGET / "wasm32-unknown-unknown" / "release" / "examples" / "linked.wasm"
 # Crates whose functions count under their own names, and modules of the reader beside the formats.
+MODULES = {p.stem for p in (ROOT / "crates/import/src/formats").iterdir()}
 OTHERS = ["miniz_oxide", "flate2", "ruzstd", "serde_json", "drivescope_drive"]
 
 
@@ -70,15 +71,11 @@ def functions(data):
 
 
 def owner(name):
-    found = re.search(r"drivescope_import(?:7formats|::formats::)?(?:::)?(\d+)?(\w+)", name)
-    if "formats" in name and found:
+    if "drivescope_import" in name and "formats" in name:
         tail = name.split("formats", 1)[1]
-        sized = re.match(r"(?:::)?(\d+)(\w+)", tail)
-        plain = re.match(r"::(\w+)", tail)
-        if sized:
-            return "formats " + sized.group(2)[: int(sized.group(1))]
-        if plain:
-            return "formats " + plain.group(1)
+        sized = re.match(r"(\d+)(\w+)", tail)
+        module = sized.group(2)[: int(sized.group(1))] if sized else re.match(r"(?:\.\.|::)?(\w*)", tail).group(1)
+        return f"formats {module}" if module in MODULES else "formats (registry, detection)"
     for crate in OTHERS:
         if crate in name:
             return crate
@@ -87,7 +84,7 @@ def owner(name):
 
 def main():
     command = ["cargo", "build", "--release", "--target", "wasm32-unknown-unknown"]
-    subprocess.run([*command, "-p", "drivescope-import", "--example", "open"], check=True, cwd=ROOT)
+    subprocess.run([*command, "-p", "drivescope-import", "--example", "linked"], check=True, cwd=ROOT)
     total = collections.Counter()
     for name, size in functions(WASM.read_bytes()):
         total[owner(name)] += size
