@@ -5,7 +5,9 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use drivescope_drive::drive::Drive;
-use drivescope_import::{CsvReader, Mapping, OpenReport, Table, open_table, raw_gnss};
+use drivescope_import::{
+    CsvReader, FORMATS, Mapping, MemorySource, OpenReport, Opening, SeekSource, Source, Table, open_log, raw_gnss,
+};
 use serde_json::Value;
 
 /// Bytes read at a time.
@@ -14,13 +16,14 @@ const SLICE: usize = 1 << 20;
 /// Which log, and how to read it.
 #[derive(clap::Args)]
 pub struct LogArgs {
-    /// The log; `-` reads standard input.
-    log: PathBuf,
+    /// The log; several files or a folder are one drive, with the DBC of a bus log among them; `-` reads standard input.
+    #[arg(required = true)]
+    log: Vec<PathBuf>,
     /// Which column is which signal, as JSON; proposed from names, units and physics without it.
     #[arg(long, value_name = "M.json")]
     mapping: Option<PathBuf>,
     /// Format of standard input.
-    #[arg(long, value_name = "FORMAT", value_parser = ["csv"])]
+    #[arg(long, value_name = "FORMAT", value_parser = FORMATS.iter().map(|f| f.1).collect::<Vec<_>>())]
     format: Option<String>,
     /// Raw satellite ranges that belong to the log, as CSV: t, prn, sat_x/y/z, sat_vx/vy/vz, pr, prr.
     #[arg(long, value_name = "FILE")]
@@ -38,7 +41,7 @@ pub struct Opened {
 impl LogArgs {
     /// A log that another argument names.
     pub fn of(log: PathBuf, mapping: Option<PathBuf>) -> Self {
-        Self { log, mapping, format: None, gnss_raw: None }
+        Self { log: vec![log], mapping, format: None, gnss_raw: None }
     }
 
     /// Read the log slice by slice.
@@ -52,17 +55,21 @@ impl LogArgs {
             }
             None => None,
         };
-        let name = self.log.file_name().map_or_else(|| "-".into(), |n| n.to_string_lossy().into_owned());
-        let failed = |e: std::io::Error| unreadable(&self.log, &e);
-        let log = if self.log.as_os_str() == "-" {
-            if self.format.is_none() {
-                return Err("standard input has no name to tell its format; give --format csv".into());
+        let mut sources: Vec<Box<dyn Source>> = Vec::new();
+        for path in &self.log {
+            if path.as_os_str() == "-" {
+                sources.push(Box::new(self.standard_input()?));
+            } else if path.is_dir() {
+                folder(path, path, &mut sources)?;
+            } else {
+                let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+                sources.push(file(path, &name)?);
             }
-            table(&mut std::io::stdin().lock(), &name)
-        } else {
-            table(&mut File::open(&self.log).map_err(failed)?, &name)
-        };
-        let (mut drive, report) = open_table(log?, mapping.as_ref()).map_err(|e| e.to_string())?;
+        }
+        let mut opening = Opening::new(sources).map_err(|e| e.to_string())?;
+        while opening.step().map_err(|e| e.to_string())? {}
+        let log = opening.finish().map_err(|e| e.to_string())?;
+        let (mut drive, report) = open_log(log, mapping.as_ref()).map_err(|e| e.to_string())?;
         if let Some(path) = &self.gnss_raw {
             let mut file = File::open(path).map_err(|e| unreadable(path, &e))?;
             let table = table(&mut file, &path.display().to_string())?;
@@ -70,6 +77,42 @@ impl LogArgs {
         }
         Ok(Opened { drive, report })
     }
+
+    fn standard_input(&self) -> Result<MemorySource, String> {
+        let Some(format) = &self.format else {
+            return Err("standard input has no name to tell its format; give --format csv".into());
+        };
+        let mut bytes = Vec::new();
+        std::io::stdin().lock().read_to_end(&mut bytes).map_err(|e| format!("-: could not be read: {e}"))?;
+        // The name's ending is what a name can tell of a format.
+        let name = if format == "csv" { "-".to_owned() } else { format!("-.{format}") };
+        Ok(MemorySource::new(&name, bytes))
+    }
+}
+
+fn file(path: &Path, name: &str) -> Result<Box<dyn Source>, String> {
+    let file = File::open(path).map_err(|e| format!("{}: could not be read: {e}", path.display()))?;
+    Ok(Box::new(SeekSource::new(name, file).map_err(|e| format!("{}: could not be read: {e}", path.display()))?))
+}
+
+/// Every file below a folder, named by its way from the folder.
+fn folder(root: &Path, at: &Path, sources: &mut Vec<Box<dyn Source>>) -> Result<(), String> {
+    let failed = |e: std::io::Error| format!("{}: could not be read: {e}", at.display());
+    let mut entries = Vec::new();
+    for entry in std::fs::read_dir(at).map_err(failed)? {
+        entries.push(entry.map_err(failed)?.path());
+    }
+    entries.sort();
+    for path in entries {
+        let hidden = path.file_name().is_some_and(|n| n.to_string_lossy().starts_with('.'));
+        if path.is_dir() && !hidden {
+            folder(root, &path, sources)?;
+        } else if !hidden {
+            let name = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().replace('\\', "/");
+            sources.push(file(&path, &name)?);
+        }
+    }
+    Ok(())
 }
 
 fn unreadable(path: &Path, error: &std::io::Error) -> String {

@@ -204,7 +204,8 @@ fn run(
         profile::remark(&opened.drive);
     }
     for notice in run.notices() {
-        eprintln!("note: {} ({} times, first at {:.2} s)", notice.text, notice.count, notice.first);
+        let often = if notice.count == 1 { "once,".into() } else { format!("{} times, first", notice.count) };
+        eprintln!("note: {} ({often} at {:.2} s)", notice.text, notice.first);
     }
     Ok(())
 }

@@ -149,7 +149,7 @@ fn reading(text: &mut String, report: &OpenReport) {
         let _ = writeln!(text, "note: {note}");
     }
     for warning in &report.warnings {
-        let _ = writeln!(text, "warning: {} ({} times)", warning.message, warning.count);
+        let _ = writeln!(text, "warning: {}", warning.message);
     }
 }
 

@@ -229,3 +229,29 @@ fn papers_prints_numbers_and_a_verdict_and_knows_its_claims() {
     assert_eq!(unknown.status.code(), Some(2));
     assert!(String::from_utf8_lossy(&unknown.stderr).contains("orientation/static_vectors"));
 }
+
+#[test]
+fn several_files_of_any_format_are_one_drive() {
+    let folder = Folder::new("several");
+    let later: String = log()
+        .lines()
+        .skip(1)
+        .map(|l| l.split_once(',').unwrap())
+        .fold("t,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z,speed\n".to_owned(), |text, (t, rest)| {
+            format!("{text}{},{rest}\n", t.parse::<f64>().unwrap() + 6.0)
+        });
+    let sentence = |second: u32| {
+        let body = format!("GPGGA,1200{second:02}.00,4220.0,N,07105.0,W,1,9,1.0,8.0,M,,M,,");
+        let sum = body.bytes().fold(0, |a, b| a ^ b);
+        format!("${body}*{sum:02X}\r\n")
+    };
+    let (a, b) = (folder.file("a.csv", log()), folder.file("b.csv", later));
+    let c = folder.file("c.nmea", (0..12).map(sentence).collect::<String>());
+    let output = drivescope(&["info", &b, &a, &c]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(text.contains("inertial: 1200 samples") && text.contains("gnss: 12 samples"), "{text}");
+    // A folder is the same as its files.
+    let inside = drivescope(&["info", &folder.0.to_string_lossy()]);
+    assert!(String::from_utf8_lossy(&inside.stdout).contains("inertial: 1200 samples"), "{inside:?}");
+}

@@ -128,6 +128,20 @@ impl RowScan {
         None
     }
 
+    /// Lines before the one in which the quote opens that `bytes`, from the start of a row on, leave open; `None` if none.
+    pub fn open_quote(bytes: &[u8], cut: Cut) -> Option<usize> {
+        let (mut scan, mut lines, mut opened) = (Self::default(), 0, 0);
+        for &b in bytes {
+            let next = if scan != Self::Quoted && b == cut.eol { Self::RowStart } else { scan.after(b, cut) };
+            if next == Self::Quoted && matches!(scan, Self::RowStart | Self::CellStart) {
+                opened = lines;
+            }
+            lines += usize::from(b == cut.eol);
+            scan = next;
+        }
+        (scan == Self::Quoted).then_some(opened)
+    }
+
     fn after(self, b: u8, cut: Cut) -> Self {
         let space = b.is_ascii_whitespace() || b == 0x0b;
         match self {
@@ -230,6 +244,14 @@ mod tests {
                 (0..text.len()).filter(|&i| scan.find_end(&text.as_bytes()[i..=i], COMMA).is_some()).collect();
             assert_eq!(ends, [text.len() - 1], "{text:?}");
         }
+    }
+
+    #[test]
+    fn the_line_of_an_open_quote_is_that_of_its_own_not_of_the_row() {
+        let line = |text: &str| RowScan::open_quote(text.as_bytes(), COMMA);
+        assert_eq!(line("1,\"a\nb"), Some(0));
+        assert_eq!(line("\"a\nb\"\"\nc\",\"d\n"), Some(2));
+        assert_eq!(line("\"a\nb\",c\"d\n"), None);
     }
 
     #[test]

@@ -174,7 +174,7 @@ mod tests {
                 name: (*name).into(),
                 unit: unit.map(str::to_owned),
                 values: values.to_vec(),
-                epoch: None,
+                ..RawColumn::default()
             })
             .collect();
         Table {

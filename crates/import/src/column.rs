@@ -165,7 +165,13 @@ impl ColumnBuilder {
         if let Some(TimeEpoch::Midnight(_)) = self.epoch {
             warnings.note("times of day without a date: seconds are counted from the first", Some(&self.name));
         }
-        columns.push(RawColumn { name: self.name, unit: self.unit, values: self.values, epoch: self.epoch });
+        columns.push(RawColumn {
+            name: self.name,
+            unit: self.unit,
+            values: self.values,
+            epoch: self.epoch,
+            meaning: None,
+        });
         Ok(())
     }
 }

@@ -110,6 +110,8 @@ impl CsvReader {
             Err(SniffError::TooManyColumns(row)) => {
                 return Err(ImportError::TooManyColumns { file: file(), row, limit: MAX_TABLE_COLUMNS });
             }
+            Err(SniffError::UnclosedQuote(_)) if !last_look => return Ok(()),
+            Err(SniffError::UnclosedQuote(row)) => return Err(ImportError::UnclosedQuote { file: file(), row }),
             Ok(_) if ends < 8 && !last_look => return Ok(()),
             Ok(_) if ends == 0 && !whole => {
                 return Err(ImportError::RowTooLong { file: file(), row: 1, limit: MAX_ROW_BYTES });

@@ -125,7 +125,14 @@ impl Body {
         if length <= MAX_ROW_BYTES {
             return Ok(());
         }
+        if let Some(inner) = RowScan::open_quote(&self.carry, self.dialect.cut) {
+            return Err(self.unclosed(inner));
+        }
         Err(ImportError::RowTooLong { file: self.file.clone(), row: self.line, limit: MAX_ROW_BYTES })
+    }
+
+    fn unclosed(&self, inner: usize) -> ImportError {
+        ImportError::UnclosedQuote { file: self.file.clone(), row: self.line + inner }
     }
 
     fn parse_row(&mut self, bytes: &[u8], start: usize) -> Result<Row, ImportError> {
@@ -303,6 +310,7 @@ impl Body {
         };
         let mut table = Table {
             name: self.file,
+            format: "CSV",
             rows: self.rows,
             layout,
             bytes,
@@ -326,7 +334,7 @@ impl Body {
         }
         let open = matches!(self.scan, RowScan::Quoted);
         if open && carry.contains(&eol) {
-            return Err(ImportError::UnclosedQuote { file: self.file.clone(), row: self.line });
+            return Err(self.unclosed(RowScan::open_quote(&carry, self.dialect.cut).unwrap_or(0)));
         }
         if open {
             self.warnings.add("last row is cut off and left out", None, self.line);
@@ -336,7 +344,7 @@ impl Body {
         self.last_row = true;
         match self.parse_row(&carry, 0)? {
             Row::Next(_) => Ok(()),
-            Row::Unfinished => Err(ImportError::UnclosedQuote { file: self.file.clone(), row: self.line }),
+            Row::Unfinished => Err(self.unclosed(0)),
         }
     }
 }

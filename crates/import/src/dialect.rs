@@ -1,6 +1,6 @@
 //! What the beginning of a text file tells: separator, decimal mark, header, units, and where the rows begin.
 
-use crate::cell::{Content, Cut, content, is_comment};
+use crate::cell::{Content, Cut, RowScan, content, is_comment};
 use crate::error::{MAX_TABLE_COLUMNS, decode};
 use crate::names::is_time_name;
 use crate::units::is_unit;
@@ -35,6 +35,8 @@ pub(crate) enum SniffError {
     Empty,
     /// The row at this line has too many columns.
     TooManyColumns(usize),
+    /// The quote that opens in this line is not closed as far as the head goes.
+    UnclosedQuote(usize),
 }
 
 /// A line of the head: where it begins, its number and its cells under the separator in question.
@@ -71,12 +73,23 @@ pub(crate) fn sniff(head: &[u8], whole: bool) -> Result<Dialect, SniffError> {
         candidates = vec![Cut { separator, collapse: false, eol }];
     }
     let mut best: Option<(f64, Cut, Vec<Line>)> = None;
+    let mut unclosed = None;
     for cut in candidates {
-        let lines = lines(head, start, first_line, cut, whole)?;
+        let lines = match lines(head, start, first_line, cut, whole) {
+            // Under another separator the quote may be no opening one.
+            Err(error @ SniffError::UnclosedQuote(_)) => {
+                unclosed.get_or_insert(error);
+                continue;
+            }
+            other => other?,
+        };
         let score = score(&lines, cut);
         if best.as_ref().is_none_or(|(s, ..)| score > *s) {
             best = Some((score, cut, lines));
         }
+    }
+    if let (Some(error), true) = (unclosed, best.as_ref().is_none_or(|(score, ..)| *score == 0.0)) {
+        return Err(error);
     }
     let (_, cut, lines) = best.ok_or(SniffError::Empty)?;
     if lines.iter().all(|l| l.comment) {
@@ -101,9 +114,16 @@ fn lines(head: &[u8], start: usize, first: usize, cut: Cut, whole: bool) -> Resu
     let mut lines = Vec::new();
     let (mut offset, mut number) = (start.min(head.len()), first);
     while offset < head.len() && lines.len() < SAMPLE {
-        let mut scan = crate::cell::RowScan::default();
+        let mut scan = RowScan::default();
         let end = scan.find_end(&head[offset..], cut).map(|i| offset + i);
         let bytes = &head[offset..end.unwrap_or(head.len())];
+        if let (None, Some(inner)) = (end, RowScan::open_quote(bytes, cut)) {
+            // The rows before tell the layout; the body finds the quote again, with its place.
+            if lines.is_empty() {
+                return Err(SniffError::UnclosedQuote(number + inner));
+            }
+            break;
+        }
         if !cut.collapse
             && bytes.iter().filter(|&&b| b == cut.separator).count() > MAX_TABLE_COLUMNS
             && !is_comment(bytes)

@@ -17,7 +17,7 @@ pub enum ImportError {
     #[error("{file}: expected a header row and rows of numbers, found an empty file; record or export the log again.")]
     Empty { file: String },
     /// The file is in a format that is known by its first bytes and not read.
-    #[error("{file}: expected CSV text, found {found}; this version reads CSV only: export the log as CSV.")]
+    #[error("{file}: expected CSV text, found {found}; export the log as CSV.")]
     OtherFormat { file: String, found: &'static str },
     /// The file is not text.
     #[error(
@@ -34,7 +34,7 @@ pub enum ImportError {
     RowTooLong { file: String, row: usize, limit: usize },
     /// A quote that is never closed.
     #[error(
-        "{file}, row {row}: expected a closing quote, found the end of the file; close or remove the quote that opens in this row."
+        "{file}, row {row}: expected a closing quote, found none; close or remove the quote that opens in this row."
     )]
     UnclosedQuote { file: String, row: usize },
     /// A row with another number of cells than the header.
@@ -123,9 +123,20 @@ pub enum ImportError {
         "{file}, row {row}: expected to hold {columns} columns in memory, found no more of it; choose fewer columns or cut the file."
     )]
     OutOfMemory { file: String, row: usize, columns: usize },
+    /// Something in a file of a known format that is not as the format has it.
+    #[error("{file}, {place}: expected {expected}, found {found}; {advice}.")]
+    Form { file: String, place: String, expected: String, found: String, advice: &'static str },
+    /// No file held anything to read.
+    #[error("{sentence}")]
+    Nothing { sentence: String },
     /// The system stopped the reading.
     #[error("{file}: expected to read to its end, found that reading stopped: {cause}; try again.")]
     Read { file: String, cause: ReadError },
+}
+
+/// [`ImportError::Form`] from borrowed parts.
+pub(crate) fn form(file: &str, place: String, expected: &str, found: &str, advice: &'static str) -> ImportError {
+    ImportError::Form { file: file.to_owned(), place, expected: expected.to_owned(), found: found.to_owned(), advice }
 }
 
 impl ImportError {

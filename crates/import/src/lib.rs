@@ -1,11 +1,13 @@
 //! The way from bytes to a drive: reading tables, mapping their columns to signals, checking that against physics.
 //!
 //! ```text
-//! bytes --CsvReader--> Table --propose--> Proposal (Mapping, reasons, notes) --apply--> Drive
+//! CSV   --CsvReader--------------------> Table --propose--> Proposal (Mapping, reasons, notes) --apply--> Drive
+//! files --Opening--> Log (tables) --merge--^
 //! ```
 //!
 //! A file is read in slices and only its columns of numbers are kept. What a column means is proposed from its name, its
-//! unit and physics; every guess is a note in words. What is wrong with a file is one sentence ([`ImportError`]).
+//! unit and physics, or defined by its format; every guess is a note in words. What is wrong with a file is one sentence
+//! ([`ImportError`]). Formats: [`FORMATS`].
 //!
 //! # Example
 //!
@@ -28,10 +30,14 @@ mod csv_body;
 mod dialect;
 mod error;
 mod evidence;
+mod formats;
 mod magic;
 mod mapping;
+mod merge;
 mod names;
 mod number;
+mod opening;
+mod pairing;
 mod physics;
 mod place;
 mod propose;
@@ -45,11 +51,13 @@ mod units;
 pub use apply::{ChannelReport, MapReport, UsedColumn, apply};
 pub use csv::{CsvReader, read_csv};
 pub use error::{ImportError, MAX_ROW_BYTES, MAX_TABLE_COLUMNS};
+pub use formats::{FORMATS, Format};
 pub use mapping::{MAPPING_VERSION, Mapping, SignalSource, TimeFraction, TimeSource};
 pub use names::signal;
+pub use opening::{Log, Opening, Progress};
 pub use propose::{Confidence, Entry, Proposal, Unused, propose};
 pub use raw_gnss::{is_raw_gnss, raw_gnss};
-pub use report::{Missing, OpenReport, UsedSignal, open_csv, open_table};
-pub use source::{ByteSource, IoSource, ReadError};
-pub use table::{Layout, RawColumn, Table, TextColumn, TimeEpoch, Warning};
+pub use report::{Missing, OpenReport, UsedSignal, open_csv, open_log, open_table};
+pub use source::{ByteSource, IoSource, MemorySource, ReadError, SeekSource, Source};
+pub use table::{Layout, Meaning, RawColumn, Table, TextColumn, TimeEpoch, Warning};
 pub use units::factor;

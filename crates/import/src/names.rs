@@ -130,6 +130,15 @@ pub(crate) fn matches(name: &str) -> Vec<Match> {
     if signal(name).is_some() {
         return vec![plain(name, 0)];
     }
+    // `Speed, vehicle` is the vehicle's speed.
+    if let Some((thing, whose)) = name.split_once(',')
+        && !whose.contains(',')
+    {
+        let turned = matches(&format!("{whose} {thing}"));
+        if !turned.is_empty() {
+            return turned;
+        }
+    }
     let name = normalize(name);
     if signal(&name).is_some() {
         return vec![plain(&name, 0)];
@@ -404,6 +413,8 @@ mod tests {
     #[test]
     fn aliases_are_understood_in_any_spelling() {
         for (name, signal) in [
+            ("Speed, vehicle", "speed"),
+            ("Acceleration, longitudinal", "accel_x"),
             ("ax", "accel_x"),
             ("acc_y", "accel_y"),
             ("AccelZ", "accel_z"),

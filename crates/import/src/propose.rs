@@ -130,7 +130,7 @@ fn choose(
     let mut open: Vec<(usize, names::Match)> = Vec::new();
     let mut reasons: Vec<Option<String>> = vec![None; table.columns.len()];
     for (index, column) in table.columns.iter().enumerate().filter(|(_, c)| !is_time(&c.name)) {
-        match understand(column) {
+        match understand(column, table) {
             Ok(found) => open.extend(found.into_iter().map(|m| (index, m))),
             Err(reason) => reasons[index] = Some(reason),
         }
@@ -160,15 +160,24 @@ fn choose(
     chosen
 }
 
+/// The name that a column shares with an earlier one, if it is told apart from that by a number or a place in brackets.
+fn twin<'a>(column: &'a RawColumn, table: &Table) -> Option<&'a str> {
+    let (bare, _) = column.name.strip_suffix(')')?.split_once(" (")?;
+    table.column(bare).map(|_| bare)
+}
+
 /// What a column may be, or why it is nothing.
-fn understand(column: &RawColumn) -> Result<Vec<names::Match>, String> {
+fn understand(column: &RawColumn, table: &Table) -> Result<Vec<names::Match>, String> {
     if !column.values.iter().any(|v| v.is_finite()) {
         return Err("has no value in any row".into());
     }
     if column.epoch.is_some() || time_name(&column.name).is_some() {
         return Err("is another column of time".into());
     }
-    let all = names::matches(&column.name);
+    let all = match column.meaning {
+        Some(m) => vec![names::Match { signal: m.signal.to_owned(), sign: m.sign, unit: None, rank: 0, doubt: None }],
+        None => names::matches(twin(column, table).unwrap_or(&column.name)),
+    };
     let stated = |m: &names::Match| column.unit.as_deref().or(m.unit).map(str::to_owned);
     let fits = |m: &names::Match| {
         let si = signal(&m.signal).map_or("1", |c| c.unit);
@@ -185,6 +194,7 @@ fn candidate(index: usize, column: &RawColumn, found: names::Match) -> Candidate
     let si = signal(&found.signal).map_or("1", |c| c.unit);
     let canonical = file_unit(&found.signal, si);
     let mut why = vec![match found.rank {
+        _ if column.meaning.is_some() => format!("`{}` is {} by the format's definition", column.name, found.signal),
         0 => "canonical name".to_owned(),
         _ => format!("`{}` is a name of {}", column.name, found.signal),
     }];

@@ -8,7 +8,9 @@ use crate::clock::epoch_text;
 use crate::csv::read_csv;
 use crate::error::ImportError;
 use crate::mapping::Mapping;
+use crate::merge::{Merged, merge};
 use crate::names::signal;
+use crate::opening::Log;
 use crate::propose::{Confidence, Proposal, Unused, propose};
 use crate::source::ByteSource;
 use crate::table::{Layout, Table, Warning};
@@ -97,6 +99,18 @@ pub fn open_table(table: Table, mapping: Option<&Mapping>) -> Result<(Drive, Ope
     let mut report = frame(&table, &proposal);
     let (drive, mapped) = apply(table, &proposal.mapping, &name)?;
     fill(&mut report, &proposal, mapped, &drive);
+    Ok((drive, report))
+}
+
+/// Make a drive of everything that was read from one or several files: under `mapping`, or under the one proposed.
+///
+/// # Errors
+/// Those of [`open_table`], and [`ImportError::OutOfMemory`] where the tables do not fit into one.
+pub fn open_log(log: Log, mapping: Option<&Mapping>) -> Result<(Drive, OpenReport), ImportError> {
+    let Merged { table, unused, notes } = merge(log)?;
+    let (drive, mut report) = open_table(table, mapping)?;
+    report.unused.extend(unused);
+    report.notes.splice(0..0, notes);
     Ok((drive, report))
 }
 

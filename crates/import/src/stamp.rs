@@ -67,7 +67,7 @@ fn days_in_month(year: i64, month: i64) -> i64 {
     }
 }
 
-fn days_since_1970(year: i64, month: i64, day: i64) -> i64 {
+pub(crate) fn days_since_1970(year: i64, month: i64, day: i64) -> i64 {
     let before = year - 1;
     let leap_days = before / 4 - before / 100 + before / 400 - 477;
     let months: i64 = (1..month).map(|m| days_in_month(year, m)).sum();

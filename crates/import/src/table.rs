@@ -13,6 +13,17 @@ pub struct RawColumn {
     pub values: Vec<f64>,
     /// Set on date and time: what they count from.
     pub epoch: Option<TimeEpoch>,
+    /// What the column is, where the format itself defines it.
+    pub meaning: Option<Meaning>,
+}
+
+/// What a format's own definition says of a column.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Meaning {
+    /// Canonical name of the signal.
+    pub signal: &'static str,
+    /// -1 where the format counts the other way (up, left).
+    pub sign: f64,
 }
 
 /// What the seconds of a column of date and time count from: its first cell.
@@ -67,6 +78,10 @@ pub struct Layout {
 pub struct Table {
     /// File name.
     pub name: String,
+    /// Which part of the file: topic, message, channel group or member of an archive; empty for the whole of it.
+    pub part: String,
+    /// The format that it was read from.
+    pub format: &'static str,
     /// Columns of numbers, in the order of the file.
     pub columns: Vec<RawColumn>,
     /// Columns of text.

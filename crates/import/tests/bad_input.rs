@@ -19,7 +19,7 @@ fn an_empty_file_is_refused() {
 fn other_formats_are_named_and_binary_data_is_not_text() {
     assert_eq!(
         sentence(b"MDF     4.11"),
-        "x.csv: expected CSV text, found an ASAM MDF measurement (MF4 or MDF); this version reads CSV only: export the log as CSV."
+        "x.csv: expected CSV text, found an ASAM MDF measurement (MF4 or MDF); export the log as CSV."
     );
     for (magic, name) in [
         (&b"LOGG\x90\0"[..], "BLF"),
@@ -118,7 +118,9 @@ fn a_line_without_end_is_refused() {
     let expected =
         "x.csv, row 1: expected a line of at most 4194304 bytes, found a longer one; check that this is a CSV file.";
     assert_eq!(sentence(endless.as_bytes()), expected);
-    let late = format!("t,accel_x\n{}0,\"{}", "0,1\n".repeat(40_000), "9\n".repeat(3 << 20));
+    let quoted = format!("t,accel_x\n{}0,\"{}", "0,1\n".repeat(40_000), "9\n".repeat(3 << 20));
+    assert!(sentence(quoted.as_bytes()).contains("row 40002: expected a closing quote, found none"));
+    let late = format!("t,accel_x\n{}0,{}", "0,1\n".repeat(40_000), "9".repeat(5 << 20));
     assert!(
         sentence(late.as_bytes()).contains("row 40002: expected a line of at most"),
         "{}",
@@ -128,8 +130,38 @@ fn a_line_without_end_is_refused() {
 
 #[test]
 fn a_quote_that_is_never_closed_is_refused() {
-    let expected = "x.csv, row 3: expected a closing quote, found the end of the file; close or remove the quote that opens in this row.";
+    let expected =
+        "x.csv, row 3: expected a closing quote, found none; close or remove the quote that opens in this row.";
     assert_eq!(sentence(b"t,accel_x\n0,1\n1,\"2\n2,3\n"), expected);
+    // The rest of the file is no row of thousands of columns, however long it is.
+    for rows in [10_000, 2_000_000] {
+        let mut long = String::from("t,accel_x\n0,1\n1,\"2\n");
+        (2..rows).for_each(|i| long.push_str(&format!("{i},1\n")));
+        assert_eq!(sentence(long.as_bytes()), expected);
+    }
+    let mut header = String::from("t,\"accel_x\n");
+    (0..10_000).for_each(|i| header.push_str(&format!("{i},1\n")));
+    assert!(
+        sentence(header.as_bytes()).starts_with("x.csv, row 1: expected a closing quote"),
+        "{}",
+        sentence(header.as_bytes())
+    );
+    // In a cell of several lines the line of the quote counts, not that of the row.
+    let inner = sentence(b"t,a,b\n0,\"x\ny\",1\n1,\"x\ny\",\"2\n2,x,3\n3,x,3\n");
+    assert!(inner.starts_with("x.csv, row 5: "), "{inner}");
+}
+
+#[test]
+fn names_met_twice_and_turned_names_are_explained() {
+    let text = b"time [s],\"Speed, vehicle [km/h]\",speed,speed\n0,36,1,2\n1,36,1,2\n2,36,1,2\n";
+    let (drive, report) = open_csv(&mut IoSource::new(&text[..], None), "x.csv", None).expect("it opens");
+    assert_eq!(drive.wheels.len(), 3);
+    let unused: Vec<_> = report.unused.iter().map(|u| (u.column.as_str(), u.reason.as_str())).collect();
+    let taken = "speed is already taken from `speed`";
+    assert_eq!(unused, [("Speed, vehicle", taken), ("speed (2)", taken)]);
+    let text = b"time [s],\"Speed, vehicle [km/h]\"\n0,36\n1,36\n2,36\n";
+    let (drive, _) = open_csv(&mut IoSource::new(&text[..], None), "x.csv", None).expect("it opens");
+    assert_eq!(drive.wheels.at(0).1.speed, 10.0);
 }
 
 #[test]

@@ -85,7 +85,7 @@ export const en = {
     tableCaption: (title: string, from: string, to: string, rows: number) => `${title}, ${from} to ${to}, ${rows} rows`,
     resetZoom: 'Show the whole drive',
     fit: 'Fit the trajectory',
-    trouble: (title: string, what: string, count: string) => `${title} is not to be believed here: ${what} (${count} times).`,
+    trouble: (title: string, what: string, count: string) => `${title} is not to be believed here: ${what} (${count === "1" ? "once" : `${count} times`}).`,
     notRunnable: (title: string, missing: string) => `${title} cannot run on this log: no ${missing}.`,
     noPosition: 'This log has no positions to draw.',
     plotLabel: (title: string, unit: string) => `${title}${unit ? ` in ${unit}` : ''} over time. The table holds the numbers.`,
