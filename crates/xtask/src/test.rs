@@ -27,7 +27,7 @@ const ALL: &[Step] = &[
     ("page: types", page_types),
     ("page: unit tests", page_unit_tests),
     ("tools for browser tests", browser_tools),
-    ("core in a browser", modules_in_browser),
+    ("modules in a browser", modules_in_browser),
     ("page in a browser", page_in_browser),
     ("hygiene", hygiene::check),
 ];
