@@ -121,6 +121,7 @@ for (const colorScheme of ['light', 'dark']) {
 test('at phone width nothing sticks out and the finger moves the cursor', async () => {
   const { page, context, errors } = await open(stage.browser, stage.url, { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
   await estimated(page);
+  assert.equal(await page.evaluate(() => scrollY), 0, 'the page opens at its top');
   const width = await page.evaluate(() => document.documentElement.scrollWidth);
   assert.ok(width <= 390, `the page is ${width} px wide`);
   await page.locator('[data-view="1"] .time-area').first().tap();

@@ -1,5 +1,12 @@
-/** Stands in for the package that wasm-bindgen writes into `generated/`, where it has not been written yet. */
+/** Stands in for the packages that wasm-bindgen writes into `generated/`, where they have not been written yet. */
 declare module '*/generated/drivescope_wasm.js' {
   export class Session {}
+  export default function init(): Promise<unknown>;
+}
+declare module '*/generated/drivescope_gallery.js' {
+  export class Attempt {
+    constructor(id: string);
+  }
+  export function paper_catalogue(): unknown;
   export default function init(): Promise<unknown>;
 }

@@ -6,6 +6,7 @@ export interface KeyActions {
   togglePlay(): void;
   openDialog(): void;
   chooseDrive(): void;
+  showPapers(): void;
   showHelp(): void;
   focusView(key: string): void;
   focusParams(): void;
@@ -62,6 +63,7 @@ export function listenToKeys(store: Store, actions: KeyActions): void {
     '4': () => actions.focusView('4'),
     p: () => actions.focusParams(),
     d: () => actions.chooseDrive(),
+    g: () => actions.showPapers(),
     o: () => actions.openDialog(),
     '?': () => actions.showHelp(),
     Escape: () => {

@@ -7,7 +7,10 @@ import './style/panel.css';
 import './style/score.css';
 import './style/drives.css';
 import { h, iconButton, save } from './dom';
+import type { ParamValue } from './door';
 import { dropTarget, openFiles } from './files';
+import type { Trial } from './gallery/door';
+import type { Gallery } from './gallery/gallery';
 import { listenToKeys } from './keys';
 import { t } from './messages';
 import { ReportPanel } from './panel/report';
@@ -17,7 +20,7 @@ import { picture } from './picture';
 import { followTheme } from './plot/palette';
 import { Session } from './session';
 import { Store } from './state';
-import { fromHash, History, type Tuning } from './tuning';
+import { fromHash, History, type Tuning, withParam } from './tuning';
 import { attitudeView } from './views/attitude';
 import { DriveDialog } from './views/drives';
 import { followAddress, header, helpDialog } from './views/header';
@@ -54,6 +57,47 @@ async function openBuiltIn(name: string, seed: number | null = null): Promise<vo
   if (await session.open({ kind: 'simulation', name, seed, first, composed: null }, drive?.title ?? name)) void session.runAll();
 }
 
+/** Open what a claim was tried on, tuned as it was tried. */
+async function openTrial({ source, estimator, params, vehicle }: Trial): Promise<void> {
+  (await gallery)?.element.close();
+  const info = store.catalogue.value?.estimators.find((e) => e.name === estimator);
+  let tuning: Tuning = { params: { ...store.tuning.value.params, [estimator]: {} }, vehicle };
+  const values = (params === '' ? {} : JSON.parse(params)) as Record<string, ParamValue>;
+  for (const spec of info?.params ?? []) {
+    const value = values[spec.name];
+    if (value !== undefined) tuning = withParam(tuning, estimator, spec, value);
+  }
+  history.push(tuning);
+  store.tuning.value = tuning;
+  store.estimator.value = estimator;
+  if (source.changes === '') return openBuiltIn(source.drive, source.seed);
+  const description = JSON.parse(await session.rpc.call('description', { name: source.drive })) as object;
+  const composed = JSON.stringify({ ...description, ...(JSON.parse(source.changes) as object) });
+  const opened = await session.open({ kind: 'simulation', name: source.drive, seed: source.seed, first: null, composed }, source.drive);
+  if (opened) void session.runAll();
+}
+
+let gallery: Promise<Gallery> | null = null;
+
+/** The gallery and its WebAssembly module are loaded when it is opened first. */
+async function showPapers(): Promise<void> {
+  gallery ??= import('./gallery/gallery').then(({ Gallery }) => {
+    const made = new Gallery(store, (trial) => void openTrial(trial).catch(tell));
+    document.querySelector('.page')?.append(made.element);
+    return made;
+  });
+  try {
+    (await gallery).show();
+  } catch (reason) {
+    gallery = null;
+    tell(reason);
+  }
+}
+
+function tell(reason: unknown): void {
+  store.error.value = reason instanceof Error ? reason.message : String(reason);
+}
+
 async function openDropped(files: File[]): Promise<void> {
   if (await openFiles(store, session, files, FIRST_LOOK)) side.showReport(true);
 }
@@ -83,6 +127,7 @@ const bar = header(store, session, {
   savePictures,
   showHelp: () => help.showModal(),
   showReport: () => side.toggleReport(),
+  showPapers: () => void showPapers(),
 }, drives.button, statusLine(store, session));
 
 document.querySelector('#app')?.replaceWith(
@@ -103,6 +148,7 @@ listenToKeys(store, {
   togglePlay: () => transport.toggle(),
   openDialog: bar.openDialog,
   chooseDrive: () => drives.show(),
+  showPapers: () => void showPapers(),
   showHelp: () => (help.open ? help.close() : help.showModal()),
   focusView: (key) => {
     const view = document.querySelector<HTMLElement>(`[data-view="${key}"]`);
@@ -135,6 +181,4 @@ async function start(): Promise<void> {
   if (first !== undefined) await openBuiltIn(first, address.seed);
 }
 
-start().catch((reason: unknown) => {
-  store.error.value = reason instanceof Error ? reason.message : String(reason);
-});
+start().catch(tell);

@@ -163,14 +163,12 @@ impl Attempt {
 
     /// Share done, 0 to 1.
     pub fn fraction(&self) -> f64 {
+        let drive = || self.evidence.drive_of(&self.claim.trials.get(self.next)?.source);
         let within = match &self.stage {
             Stage::Own(work) => return work.fraction(),
-            Stage::Between => 0.0,
+            Stage::Between => drive().map_or(0.0, |_| 0.5),
             Stage::Simulating(simulation) => 0.5 * simulation.fraction(),
-            Stage::Estimating(run) => {
-                let drive = self.claim.trials.get(self.next).and_then(|t| self.evidence.drive_of(&t.source));
-                0.5 + 0.5 * drive.map_or(0.0, |d| run.fraction(d))
-            }
+            Stage::Estimating(run) => 0.5 + 0.5 * drive().map_or(0.0, |d| run.fraction(d)),
         };
         ((self.next as f64 + within) / self.claim.trials.len().max(1) as f64).min(0.999)
     }
@@ -199,5 +197,21 @@ pub fn attempt(id: &str) -> Result<Finding, PaperError> {
         if let Some(finding) = attempt.advance()? {
             return Ok(finding);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_share_done_only_grows() {
+        let mut attempt = Attempt::begin("orientation/static_vectors").unwrap();
+        let mut last = 0.0;
+        while attempt.advance().unwrap().is_none() {
+            assert!((last..1.0).contains(&attempt.fraction()), "{last} then {}", attempt.fraction());
+            last = attempt.fraction();
+        }
+        assert!(last > 0.7);
     }
 }

@@ -6,7 +6,7 @@
 //! `bench_json(quick)` of the core returns when it is compiled with the feature `bench`. Equal names are one row.
 
 use crate::failure::{Explain, Failure, Result, fail};
-use crate::page::{self, STEM};
+use crate::page::{self, CORE};
 use crate::place::Place;
 use crate::serve::{self, Response};
 use crate::{process, sizes, tools};
@@ -37,7 +37,7 @@ pub fn run(place: &Place, quick: bool) -> Result<()> {
         gather(&mut browser, in_browser(place, &folder)?);
     }
     println!("\n{}\n", table(&native, &browser));
-    page::core(place)?;
+    page::modules(place)?;
     sizes::print(&place.generated()).map(drop)
 }
 
@@ -55,9 +55,10 @@ fn natively(program: &Path, quick: bool) -> Result<Vec<Entry>> {
 
 /// The core with its measurements, and the page that starts them.
 fn browser_folder(place: &Place, quick: bool) -> Result<PathBuf> {
-    let wasm = page::compile(place, &["--features", "bench"])?;
     let folder = place.target.join("drivescope-bench");
-    page::generate(&wasm, &folder)?;
+    for wasm in page::compile(place, &[&CORE], &["--features", "bench"])? {
+        page::generate(&CORE, &wasm, &folder)?;
+    }
     write_page(&folder, quick)?;
     Ok(folder)
 }
@@ -127,8 +128,9 @@ fn open(browser: &Path, profile: &Path, address: &str) -> Result<Child> {
 
 /// The measuring worker, as the real page runs the core in one, and the page that starts it.
 fn write_page(folder: &Path, quick: bool) -> Result<()> {
+    let stem = CORE.stem;
     let worker = format!(
-        "import init, * as core from './{STEM}.js';\n\
+        "import init, * as core from './{stem}.js';\n\
          const post = (to, text) => fetch(to, {{ method: 'POST', body: text }});\n\
          try {{ await init(); await post('/result', core.bench_json({quick})); }}\n\
          catch (error) {{ await post('/failed', String(error)); }}\n"

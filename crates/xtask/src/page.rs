@@ -1,4 +1,4 @@
-//! Building the page: core to WebAssembly, its JavaScript package, the static files, and their sizes.
+//! Building the page: its modules to WebAssembly, their JavaScript packages, the static files, and their sizes.
 //!
 //! A step whose inputs did not change since it last succeeded is left out. What is remembered lies beside what was made
 //! (`web/src/generated/.made-from`, `web/node_modules/.drivescope/`), so that removing the product forgets it too.
@@ -11,10 +11,23 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use wasm_bindgen_cli_support::Bindgen;
 
-/// The crate compiled to WebAssembly.
-pub const CORE: &str = "drivescope-wasm";
-/// The stem of the generated files: `drivescope_wasm.js`, `drivescope_wasm_bg.wasm`, ...
-pub const STEM: &str = "drivescope_wasm";
+/// A crate compiled to a WebAssembly module of the page.
+pub struct Module {
+    /// Its name.
+    pub package: &'static str,
+    /// The stem of the generated files: `drivescope_wasm.js`, `drivescope_wasm_bg.wasm`, ...
+    pub stem: &'static str,
+    /// Its folder.
+    pub folder: &'static str,
+}
+
+/// What the page loads first.
+pub const CORE: Module = Module { package: "drivescope-wasm", stem: "drivescope_wasm", folder: "crates/wasm" };
+/// What the page loads when the gallery of papers is opened.
+pub const GALLERY: Module =
+    Module { package: "drivescope-gallery", stem: "drivescope_gallery", folder: "crates/gallery" };
+/// All modules of the page.
+pub const MODULES: [&Module; 2] = [&CORE, &GALLERY];
 
 /// Build everything that the page needs into `web/dist` and print sizes.
 ///
@@ -22,28 +35,33 @@ pub const STEM: &str = "drivescope_wasm";
 ///
 /// A step fails, the WebAssembly names a folder of this machine, or a size is over its budget.
 pub fn build(place: &Place) -> Result<()> {
-    core(place)?;
+    modules(place)?;
     node_modules(place)?;
     files(place)?;
     sizes::print_and_judge(place)
 }
 
-/// Compile the core and generate its package for the page in `web/src/generated`.
+/// Compile the modules and generate their packages for the page in `web/src/generated`.
 ///
 /// # Errors
 ///
 /// A step fails, or the WebAssembly names a folder of this machine.
-pub fn core(place: &Place) -> Result<()> {
-    let wasm = compile(place, &[])?;
-    let bytes = std::fs::read(&wasm).when(|| format!("read {}", wasm.display()))?;
-    refuse_machine_paths(place, &bytes)?;
+pub fn modules(place: &Place) -> Result<()> {
+    let compiled = compile(place, &MODULES, &[])?;
+    let mut input = String::new();
+    for (module, wasm) in MODULES.iter().zip(&compiled) {
+        let bytes = std::fs::read(wasm).when(|| format!("read {}", wasm.display()))?;
+        refuse_machine_paths(place, module, &bytes)?;
+        input.push_str(&format!("{:016x} ", fingerprint(&bytes)));
+    }
 
     let out = place.generated();
     let stamp = out.join(".made-from");
-    // Made from the core, by wasm-bindgen of a version, in the way this file says.
+    // Made from the modules, by wasm-bindgen of a version, in the way this file says.
     let version = place.locked_version("wasm-bindgen")?;
-    let input = format!("{:016x} {version} {:016x}", fingerprint(&bytes), fingerprint(include_bytes!("page.rs")));
-    if remembered(&stamp, &input) && out.join(format!("{STEM}_bg.wasm")).is_file() {
+    input.push_str(&format!("{version} {:016x}", fingerprint(include_bytes!("page.rs"))));
+    let is_there = |module: &&Module| out.join(format!("{}_bg.wasm", module.stem)).is_file();
+    if remembered(&stamp, &input) && MODULES.iter().all(is_there) {
         eprintln!("    web/src/generated is up to date");
         return Ok(());
     }
@@ -51,38 +69,40 @@ pub fn core(place: &Place) -> Result<()> {
     if out.exists() {
         std::fs::remove_dir_all(&out).when(|| "remove web/src/generated".into())?;
     }
-    generate(&wasm, &out)?;
+    for (module, wasm) in MODULES.iter().zip(&compiled) {
+        generate(module, wasm, &out)?;
+    }
     remember(&stamp, &input)
 }
 
-/// Compile the core in release and say where the file is.
+/// Compile modules in release, what they share once, and say where the files are.
 ///
 /// # Errors
 ///
-/// The target is missing and cannot be added, or the crate does not compile.
-pub fn compile(place: &Place, arguments: &[&str]) -> Result<PathBuf> {
+/// The target is missing and cannot be added, or a crate does not compile.
+pub fn compile(place: &Place, modules: &[&Module], arguments: &[&str]) -> Result<Vec<PathBuf>> {
     ensure_wasm_target(place)?;
-    eprintln!("    compiling {CORE} for {WASM}");
-    process::succeeds(
-        place
-            .cargo()
-            .env_remove("RUSTFLAGS")
-            .env_remove("CARGO_ENCODED_RUSTFLAGS")
-            .args(["build", "--release", "--target", WASM, "--package", CORE, "--config", &remap_config(place)?])
-            .args(arguments),
-    )?;
-    Ok(place.target.join(WASM).join("release").join(format!("{STEM}.wasm")))
+    let mut command = place.cargo();
+    command.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
+    command.args(["build", "--release", "--target", WASM, "--config", &remap_config(place)?]).args(arguments);
+    for module in modules {
+        eprintln!("    compiling {} for {WASM}", module.package);
+        command.args(["--package", module.package]);
+    }
+    process::succeeds(&mut command)?;
+    let release = place.target.join(WASM).join("release");
+    Ok(modules.iter().map(|module| release.join(format!("{}.wasm", module.stem))).collect())
 }
 
-/// Write the JavaScript package of a compiled core, for a page without a bundler's help.
+/// Write the JavaScript package of a compiled module, for a page without a bundler's help.
 ///
 /// # Errors
 ///
 /// The file is not what wasm-bindgen of this version made, or the folder cannot be written.
-pub fn generate(wasm: &Path, out: &Path) -> Result<()> {
+pub fn generate(module: &Module, wasm: &Path, out: &Path) -> Result<()> {
     // The library's own defaults leave out the types and the place of the WebAssembly file; the command's do not.
     let mut bindgen = Bindgen::new();
-    bindgen.input_path(wasm).out_name(STEM).typescript(true).omit_default_module_path(false);
+    bindgen.input_path(wasm).out_name(module.stem).typescript(true).omit_default_module_path(false);
     bindgen.remove_name_section(true).remove_producers_section(true);
     bindgen.web(true).when(|| "set up wasm-bindgen".into())?.generate(out).when(|| "generate the page's package".into())
 }
@@ -193,14 +213,13 @@ fn remap_config(place: &Place) -> Result<String> {
     Ok(format!("target.{WASM}.rustflags={list}"))
 }
 
-fn refuse_machine_paths(place: &Place, wasm: &[u8]) -> Result<()> {
+fn refuse_machine_paths(place: &Place, module: &Module, wasm: &[u8]) -> Result<()> {
     let folders = [place::home(), place::cargo_home(), Some(place.root.clone()), Some(place.target.clone())];
     for folder in folders.into_iter().flatten().filter(|folder| folder.components().count() > 1) {
         let name = folder.display().to_string();
         if wasm.windows(name.len()).any(|window| window == name.as_bytes()) {
-            return fail(format!(
-                "the compiled core names a folder of this machine, {name}: --remap-path-prefix missed it"
-            ));
+            let package = module.package;
+            return fail(format!("{package} names a folder of this machine, {name}: --remap-path-prefix missed it"));
         }
     }
     Ok(())

@@ -27,7 +27,7 @@ const ALL: &[Step] = &[
     ("page: types", page_types),
     ("page: unit tests", page_unit_tests),
     ("tools for browser tests", browser_tools),
-    ("core in a browser", core_in_browser),
+    ("modules in a browser", modules_in_browser),
     ("page in a browser", page_in_browser),
     ("hygiene", hygiene::check),
 ];
@@ -138,7 +138,15 @@ fn lints(place: &Place) -> Result<Tally> {
     let mut tally = one_check("cargo clippy", &mut clippy(&["--workspace"]))?;
     tally += one_check(
         "cargo clippy for WebAssembly",
-        &mut clippy(&["--package", page::CORE, "--all-features", "--target", WASM]),
+        &mut clippy(&[
+            "--package",
+            page::CORE.package,
+            "--package",
+            page::GALLERY.package,
+            "--all-features",
+            "--target",
+            WASM,
+        ]),
     )?;
     Ok(tally)
 }
@@ -169,7 +177,7 @@ fn page_build(place: &Place) -> Result<Tally> {
 }
 
 fn page_package(place: &Place) -> Result<Tally> {
-    page::core(place)?;
+    page::modules(place)?;
     page::node_modules(place).map(|()| Tally::pass())
 }
 
@@ -185,17 +193,20 @@ fn browser_tools(place: &Place) -> Result<Tally> {
     tools::ensure(place).map(|()| Tally::pass())
 }
 
-fn core_in_browser(place: &Place) -> Result<Tally> {
-    let wasm_pack = ["test", "--headless", "--chrome", "crates/wasm", "--profile", TESTED];
-    counted(
-        "wasm-pack test",
-        Command::new("wasm-pack")
-            .current_dir(&place.root)
-            .args(wasm_pack)
-            .env("PATH", tools::path()?)
-            .env("WASM_BINDGEN_TEST_TIMEOUT", BROWSER_SECONDS)
-            .env_remove("RUSTFLAGS"),
-    )
+fn modules_in_browser(place: &Place) -> Result<Tally> {
+    let mut tally = Tally::default();
+    for module in page::MODULES {
+        tally += counted(
+            "wasm-pack test",
+            Command::new("wasm-pack")
+                .current_dir(&place.root)
+                .args(["test", "--headless", "--chrome", module.folder, "--profile", TESTED])
+                .env("PATH", tools::path()?)
+                .env("WASM_BINDGEN_TEST_TIMEOUT", BROWSER_SECONDS)
+                .env_remove("RUSTFLAGS"),
+        )?;
+    }
+    Ok(tally)
 }
 
 fn page_in_browser(place: &Place) -> Result<Tally> {

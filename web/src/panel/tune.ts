@@ -104,7 +104,11 @@ export class TunePanel {
       const isChosen = tab.id === `tab-${info?.name}`;
       tab.setAttribute('aria-selected', String(isChosen));
       tab.setAttribute('tabindex', isChosen ? '0' : '-1');
-      if (isChosen) tab.scrollIntoView({ block: 'nearest', inline: 'nearest' });
+      if (isChosen) {
+        // Along the row of tabs only: the page stays where it is.
+        const [row, own] = [this.#tabs.getBoundingClientRect(), tab.getBoundingClientRect()];
+        this.#tabs.scrollLeft += Math.min(0, own.left - row.left) + Math.max(0, own.right - row.right);
+      }
     }
     this.#list.setEstimator(info);
     this.#filter.value = '';

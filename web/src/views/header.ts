@@ -13,6 +13,7 @@ export interface HeaderActions {
   savePictures(): void;
   showHelp(): void;
   showReport(): void;
+  showPapers(): void;
 }
 
 let nextId = 0;
@@ -118,6 +119,7 @@ export function header(store: Store, session: Session, actions: HeaderActions, c
   });
   const open = h('button.primary', { type: 'button', onclick: () => input.click() }, t.header.openFile);
   const report = h('button', { type: 'button', onclick: actions.showReport }, t.header.report);
+  const papers = h('button', { type: 'button', 'aria-haspopup': 'dialog', onclick: actions.showPapers }, t.header.papers);
   const help = h('button.icon-button', { type: 'button', title: t.header.help, 'aria-label': t.header.help, onclick: actions.showHelp }, h('span', { 'aria-hidden': 'true' }, '?'));
   const element = h(
     'header.bar',
@@ -128,6 +130,7 @@ export function header(store: Store, session: Session, actions: HeaderActions, c
     open,
     input,
     status,
+    papers,
     exportMenu(store, session, actions),
     displayMenu(store),
     help,

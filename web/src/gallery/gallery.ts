@@ -1,0 +1,100 @@
+/** The gallery of papers: a dialog with a chapter for each, whose claims are tried in the page. Loaded when it is opened. */
+
+import '../style/gallery.css';
+import { h, iconButton } from '../dom';
+import { t } from '../messages';
+import type { Store } from '../state';
+import { ClaimCard } from './claim';
+import type { Paper, Trial, Verdict } from './door';
+import { Runner } from './runner';
+
+const VERDICTS: readonly Verdict[] = ['supported', 'partly', 'not_supported'];
+
+export class Gallery {
+  readonly element: HTMLDialogElement;
+  readonly runner: Runner;
+  #store: Store;
+  #openTrial: (trial: Trial) => void;
+  #body = h('div.gallery-body', { tabindex: '0', role: 'region', 'aria-label': t.gallery.title });
+  #chapters = h('nav', { 'aria-label': t.gallery.chapters });
+  #all = h('button.run-all', { type: 'button', disabled: true }, t.gallery.runAll);
+
+  constructor(store: Store, openTrial: (trial: Trial) => void) {
+    this.#store = store;
+    this.#openTrial = openTrial;
+    const worker = new Worker(new URL('./gallery-worker.ts', import.meta.url), { type: 'module' });
+    this.runner = new Runner(worker);
+    this.element = h(
+      'dialog.gallery',
+      { 'aria-label': t.gallery.title },
+      h('header', {}, h('h2', {}, t.gallery.title), this.#all, iconButton('close', t.help.close, () => this.element.close())),
+      h('p.note', {}, t.gallery.intro),
+      this.#chapters,
+      this.#body,
+    );
+    this.#body.append(h('p.note.loading', { role: 'status' }, t.gallery.loading));
+    this.element.addEventListener('click', (event) => event.target === this.element && this.element.close());
+    this.runner.papers.on((papers) => this.#fill((papers ?? []).filter((p) => p.claims.length > 0)));
+    this.runner.dead.on((reason) => {
+      if (reason !== null) this.#body.prepend(h('p.failure', { role: 'alert' }, t.gallery.dead(reason)));
+      this.#all.disabled = true;
+      this.#body.querySelector('.loading')?.remove();
+    });
+  }
+
+  show(): void {
+    this.element.showModal();
+  }
+
+  #fill(papers: Paper[]): void {
+    const ids = (paper: Paper): string[] => paper.claims.map((c) => `${paper.id}/${c.id}`);
+    const sections = papers.map((paper) => this.#chapter(paper, ids(paper)));
+    this.#body.replaceChildren(...sections);
+    this.#chapters.replaceChildren(
+      ...papers.map((paper, i) =>
+        h('button.quiet', { type: 'button', onclick: () => {
+          sections[i]?.scrollIntoView({ block: 'start' });
+          sections[i]?.querySelector('h3')?.focus({ preventScroll: true });
+        } }, paper.authors),
+      ),
+    );
+    const all = papers.flatMap(ids);
+    const untried = (): string[] => all.filter((id) => this.runner.claim(id).value.kind !== 'tried');
+    this.#all.addEventListener('click', () => {
+      if (this.runner.current.value !== null) this.runner.stopAll();
+      else this.runner.run(untried().length > 0 ? untried() : all);
+    });
+    this.runner.current.watch((current) => {
+      this.#all.disabled = this.runner.dead.value !== null;
+      this.#all.textContent = current === null ? t.gallery.runAll : t.gallery.stopAll;
+    });
+  }
+
+  #chapter(paper: Paper, ids: string[]): HTMLElement {
+    const heading = `chapter-${paper.id}`;
+    const tally = h('p.tally', { role: 'status' });
+    const count = (): void => {
+      const states = ids.map((id) => this.runner.claim(id).value);
+      const found = VERDICTS.map((verdict) => states.filter((s) => s.kind === 'tried' && s.finding.verdict === verdict).length);
+      const parts = VERDICTS.flatMap((verdict, i) => (found[i] ? [`${found[i]} ${t.gallery.verdicts[verdict]}`] : []));
+      const left = states.filter((s) => s.kind !== 'tried').length;
+      tally.textContent = [...parts, ...(left > 0 ? [t.gallery.left(left)] : [])].join(', ');
+    };
+    for (const id of ids) this.runner.claim(id).on(count);
+    count();
+    const card = (index: number): HTMLElement | null => {
+      const claim = paper.claims[index];
+      const id = ids[index];
+      return claim && id !== undefined ? new ClaimCard(this.#store, this.runner, id, claim, this.#openTrial).element : null;
+    };
+    return h(
+      'section.chapter',
+      { 'aria-labelledby': heading },
+      h('h3', { id: heading, tabindex: '-1' }, paper.title),
+      h('p.authors', {}, paper.authors),
+      h('p.setting', {}, paper.setting),
+      tally,
+      h('ol.claims', {}, ...ids.map((_, i) => card(i))),
+    );
+  }
+}
