@@ -1,5 +1,9 @@
-/** Stands in for the package that wasm-bindgen writes into `generated/`, where it has not been written yet. */
+/** Stand in for the packages that wasm-bindgen writes into `generated/`, where they have not been written yet. */
 declare module '*/generated/drivescope_wasm.js' {
   export class Session {}
+  export default function init(): Promise<unknown>;
+}
+declare module '*/generated/drivescope_readers.js' {
+  export class Reader {}
   export default function init(): Promise<unknown>;
 }
