@@ -198,13 +198,19 @@ export interface Comparison {
   consistency: Change[];
 }
 
+/** What a drive that was read says besides its columns: name, parameters of the car, rear axle, Unix time of t = 0, and how it was read. */
+export type DriveHead = [string, Float64Array | undefined, number | undefined, number | undefined, OpenReport];
+/** Part of a drive: name, names of its columns, times, columns; an empty column has no value. */
+export type DrivePart = [string, string[], Float64Array, Float64Array[]];
+
 /** The session as the worker sees it. */
 export interface Door {
   catalogue(): Catalogue;
   sketch(name: string): Float64Array;
   description(name: string): string;
   begin_simulation(name: string, seed: number | undefined, composed: string | undefined): void;
-  begin_files(files: File[], mapping: string | undefined): void;
+  begin_parts(...head: DriveHead): void;
+  add_part(...part: DrivePart): void;
   open_some(budgetMs: number): Progress;
   cancel_open(): void;
   preview_open(): DriveReport;

@@ -1,4 +1,4 @@
-/** Stands in for the packages that wasm-bindgen writes into `generated/`, where they have not been written yet. */
+/** Stand in for the packages that wasm-bindgen writes into `generated/`, where they have not been written yet. */
 declare module '*/generated/drivescope_wasm.js' {
   export class Session {}
   export default function init(): Promise<unknown>;
@@ -8,5 +8,9 @@ declare module '*/generated/drivescope_gallery.js' {
     constructor(id: string);
   }
   export function paper_catalogue(): unknown;
+  export default function init(): Promise<unknown>;
+}
+declare module '*/generated/drivescope_readers.js' {
+  export class Reader {}
   export default function init(): Promise<unknown>;
 }

@@ -4,7 +4,7 @@ import type { DriveReport } from './door';
 import { t } from './messages';
 import { isRunnable, type Store } from './state';
 import { sameFor, type Tuning } from './tuning';
-import { Cancelled, type OpenRequest, type Pending, RpcClient, type RunReply } from './worker/rpc';
+import { Cancelled, type OpenRequest, type Pending, RpcClient, type RunReply, Unloaded } from './worker/rpc';
 
 /** A run expected to end sooner than this (s) is let finish while a slider moves, so that the curve follows. */
 const SHORT_RUN = 0.4;
@@ -65,7 +65,8 @@ export class Session {
     } catch (reason) {
       this.#rest = rest;
       this.#store.isRestHeld.value = true;
-      if (!(reason instanceof Cancelled)) store.error.value = reason instanceof Error ? reason.message : String(reason);
+      if (reason instanceof Unloaded) store.error.value = t.errors.readers(label);
+      else if (!(reason instanceof Cancelled)) store.error.value = reason instanceof Error ? reason.message : String(reason);
       return false;
     } finally {
       if (this.#opening === pending) {

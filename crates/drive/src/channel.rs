@@ -151,6 +151,11 @@ impl Series {
         self.columns.iter_mut().for_each(|c| c.reserve(rows));
     }
 
+    /// Time, schema and columns, by value.
+    pub fn into_columns(self) -> (Vec<f64>, Vec<Column>, Vec<Vec<f64>>) {
+        (self.time, self.schema, self.columns)
+    }
+
     /// Number of rows.
     pub fn len(&self) -> usize {
         self.time.len()

@@ -39,6 +39,7 @@ pub mod frames;
 pub mod geodesy;
 pub mod magnetic_model;
 pub mod param;
+pub mod parts;
 pub mod satellites;
 pub mod signals;
 pub mod truth;

@@ -1,7 +1,8 @@
 //! The thin door between the core and JavaScript: sessions that live in a worker.
 //!
-//! In: dropped files, read in slices, a mapping, parameter values. Out: reports and schemas as plain objects, columns as
-//! fresh `Float64Array`s that JavaScript owns. No view into wasm memory outlives a call. No arithmetic happens here.
+//! In: the parts of a drive that the readers' module has read, parameter values. Out: reports and schemas as plain
+//! objects, columns as fresh `Float64Array`s that JavaScript owns. No view into wasm memory outlives a call. No arithmetic
+//! happens here.
 
 mod opening;
 mod reports;

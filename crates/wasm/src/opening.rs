@@ -1,16 +1,14 @@
-//! Opening a drive in steps: a simulation, or a file read slice by slice. The open drive stays until this has succeeded.
+//! Opening a drive in steps: a simulation, or the parts of what the readers' module has read. The open drive stays until
+//! this has succeeded.
 
 use drivescope_drive::drive::Drive;
-use drivescope_import::{CsvReader, Mapping, OpenReport, Table, is_raw_gnss, open_table, raw_gnss};
+use drivescope_drive::parts::{Assembly, Head};
 use drivescope_simulation::Simulation;
-use js_sys::{ArrayBuffer, Uint8Array};
+use js_sys::Float64Array;
 use wasm_bindgen::prelude::*;
-use web_sys::{File, FileReaderSync};
 
 use crate::reports::{Progress, sentence};
 
-/// Bytes read from a file at a time.
-const SLICE: f64 = 2_097_152.0;
 /// Seconds simulated at a time.
 const SIMULATED: f64 = 5.0;
 
@@ -18,8 +16,8 @@ const SIMULATED: f64 = 5.0;
 pub struct Opened {
     /// The drive.
     pub drive: Drive,
-    /// What the reader said, with the mapping it used; absent for a simulation.
-    pub report: Option<OpenReport>,
+    /// What the reader said, with the mapping it used, a plain object; absent for a simulation.
+    pub report: Option<JsValue>,
 }
 
 /// What one piece of work led to.
@@ -34,28 +32,23 @@ pub enum Step {
 pub enum Opening {
     /// A drive that is being simulated.
     Simulation(Box<Simulation>),
-    /// Files that are being read, one after the other.
-    Reading(Box<Reading>),
+    /// A drive that was read and comes part by part.
+    Parts(Box<Coming>),
 }
 
-/// Files on their way to a drive.
-pub struct Reading {
-    file: File,
-    offset: f64,
-    reader: CsvReader,
-    mapping: Option<Mapping>,
-    waiting: Vec<File>,
-    tables: Vec<Table>,
+/// A drive of which parts are still to come.
+pub struct Coming {
+    assembly: Assembly,
+    report: JsValue,
 }
 
 impl Opening {
-    /// Start on a file; `waiting` are the others that were dropped with it.
-    pub fn files(file: File, mapping: Option<Mapping>, waiting: Vec<File>) -> Self {
-        let reader = reader(&file);
-        Self::Reading(Box::new(Reading { file, offset: 0.0, reader, mapping, waiting, tables: Vec::new() }))
+    /// Start on the parts of a drive; `report` is what the reader said.
+    pub fn parts(head: Head, report: JsValue) -> Result<Self, JsError> {
+        Ok(Self::Parts(Box::new(Coming { assembly: Assembly::new(head).map_err(sentence)?, report })))
     }
 
-    /// Do one more piece of work: the drive, or what is left to do.
+    /// Do one more piece of work: the drive, or what is left to do. Parts are complete when nothing more comes.
     pub fn step(self) -> Result<Step, JsError> {
         match self {
             Self::Simulation(mut simulation) => Ok(if simulation.advance(SIMULATED) {
@@ -66,30 +59,34 @@ impl Opening {
             } else {
                 Step::More(Self::Simulation(simulation))
             }),
-            Self::Reading(mut reading) => {
-                if reading.offset < reading.file.size() {
-                    reading.reader.feed(&slice(&reading.file, reading.offset, SLICE)?).map_err(sentence)?;
-                    reading.offset += SLICE;
-                    return Ok(Step::More(Self::Reading(reading)));
-                }
-                let Some(file) = reading.waiting.pop() else {
-                    let Reading { reader, mapping, mut tables, .. } = *reading;
-                    tables.push(reader.finish().map_err(sentence)?);
-                    return joined(tables, mapping.as_ref());
-                };
-                let read = std::mem::replace(&mut reading.reader, reader(&file));
-                reading.tables.push(read.finish().map_err(sentence)?);
-                (reading.file, reading.offset) = (file, 0.0);
-                Ok(Step::More(Self::Reading(reading)))
+            Self::Parts(coming) => {
+                let Coming { assembly, report } = *coming;
+                Ok(Step::Done(Box::new(Opened { drive: assembly.finish(), report: Some(report) })))
             }
         }
     }
 
-    /// The drive as simulated so far; `None` for a file, which is no drive before its end.
+    /// Take one part of a drive.
+    pub fn add(
+        &mut self,
+        part: &str,
+        names: Vec<String>,
+        time: Vec<f64>,
+        columns: &[Float64Array],
+    ) -> Result<(), JsError> {
+        let Self::Parts(coming) = self else { return Err(JsError::new("no drive is coming in parts")) };
+        if names.len() != columns.len() {
+            return Err(JsError::new("a part of a drive has as many columns as names"));
+        }
+        let columns = names.into_iter().zip(columns.iter().map(Float64Array::to_vec)).collect();
+        coming.assembly.add(part, time, columns).map_err(sentence)
+    }
+
+    /// The drive as simulated so far; `None` for one that comes in parts, which is no drive before its end.
     pub fn so_far(&self) -> Option<&Drive> {
         match self {
             Self::Simulation(simulation) => Some(simulation.drive()),
-            Self::Reading(_) => None,
+            Self::Parts(_) => None,
         }
     }
 
@@ -100,38 +97,7 @@ impl Opening {
                 let rows = s.drive().imu.len();
                 Progress { done: false, fraction: s.fraction(), stage: "simulating", rows }
             }
-            Self::Reading(r) => Progress {
-                done: false,
-                fraction: (r.offset / r.file.size()).min(1.0),
-                stage: "reading",
-                rows: r.reader.rows(),
-            },
+            Self::Parts(_) => Progress { done: false, fraction: 1.0, stage: "reading", rows: 0 },
         }
     }
-}
-
-fn reader(file: &File) -> CsvReader {
-    let mut reader = CsvReader::new(&file.name());
-    reader.expect_bytes(file.size() as u64);
-    reader
-}
-
-/// The drive of one log, and of the raw ranges that were dropped with it.
-fn joined(tables: Vec<Table>, mapping: Option<&Mapping>) -> Result<Step, JsError> {
-    let (mut raw, mut logs): (Vec<Table>, Vec<Table>) = tables.into_iter().partition(is_raw_gnss);
-    let (Some(log), true) = (logs.pop(), logs.is_empty() && raw.len() < 2) else {
-        return Err(JsError::new("expected one log, alone or with its table of raw ranges (t, prn, sat_x, .., pr)"));
-    };
-    let (mut drive, report) = open_table(log, mapping).map_err(sentence)?;
-    if let Some(table) = raw.pop() {
-        drive.raw_gnss = raw_gnss(&table, report.mapping.time.offset).map_err(sentence)?;
-    }
-    Ok(Step::Done(Box::new(Opened { drive, report: Some(report) })))
-}
-
-fn slice(file: &File, offset: f64, length: f64) -> Result<Vec<u8>, JsError> {
-    let failed = |_| JsError::new(&format!("{}: the browser could not read the file; open it again", file.name()));
-    let blob = file.slice_with_f64_and_f64(offset, offset + length).map_err(failed)?;
-    let buffer: ArrayBuffer = FileReaderSync::new().and_then(|r| r.read_as_array_buffer(&blob)).map_err(failed)?;
-    Ok(Uint8Array::new(&buffer).to_vec())
 }

@@ -7,7 +7,7 @@ use drivescope_drive::vehicle::PRESETS;
 use drivescope_estimation::estimator::{Need, Notice};
 use drivescope_estimation::registry::{ESTIMATORS, EstimatorInfo};
 use drivescope_estimation::score::Score;
-use drivescope_import::OpenReport;
+use js_sys::Reflect;
 use serde::Serialize;
 use serde_json::Value;
 use wasm_bindgen::prelude::*;
@@ -124,7 +124,9 @@ pub struct DriveReport {
     channels: Vec<ChannelEntry>,
     truth: Vec<&'static str>,
     has_vehicle: bool,
-    import: Option<OpenReport>,
+    /// What the readers' module said: already a plain object.
+    #[serde(skip)]
+    import: Option<JsValue>,
     estimators: Vec<Runnable>,
 }
 
@@ -145,7 +147,7 @@ struct Runnable {
 
 impl DriveReport {
     /// Report on a drive; `import` is what the reader said, absent for a simulated one.
-    pub fn new(drive: &Drive, import: Option<OpenReport>) -> Self {
+    pub fn new(drive: &Drive, import: Option<JsValue>) -> Self {
         let (start, end) = drive.span().unwrap_or((0.0, 0.0));
         let channels = drive
             .channel_summaries()
@@ -172,6 +174,14 @@ impl DriveReport {
             import,
             estimators,
         }
+    }
+
+    /// As a plain object; `import` is null for a simulated drive.
+    pub fn plain(&self) -> Result<JsValue, JsError> {
+        let report = plain(self)?;
+        let import = self.import.clone().unwrap_or(JsValue::NULL);
+        Reflect::set(&report, &"import".into(), &import).map_err(|_| JsError::new("the report is no object"))?;
+        Ok(report)
     }
 }
 

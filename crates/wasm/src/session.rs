@@ -4,15 +4,14 @@ use drivescope_drive::channel::Series;
 use drivescope_drive::csv::{write_drive, write_series};
 use drivescope_drive::decimate::{Grid, sample_rows, visible_gap};
 use drivescope_drive::drive::Drive;
+use drivescope_drive::parts::Head;
 use drivescope_drive::vehicle::VehicleParams;
 use drivescope_estimation::registry::{AnyRun, ESTIMATORS};
 use drivescope_estimation::trajectory::{PathPoint, estimated_path, fixes, held, true_path};
-use drivescope_import::Mapping;
 use drivescope_simulation::{DriveSpec, Simulation};
 use js_sys::{Date, Float64Array, Uint8Array};
 use serde_json::Value;
 use wasm_bindgen::prelude::*;
-use web_sys::File;
 
 use crate::opening::{Opened, Opening, Step};
 use crate::reports::{Catalogue, DriveReport, Progress, plain, sentence};
@@ -80,12 +79,32 @@ impl Session {
         Ok(())
     }
 
-    /// Start reading a dropped log, perhaps with its raw ranges; `mapping` is the text of a saved mapping, undefined
-    /// lets the reader propose one.
-    pub fn begin_files(&mut self, mut files: Vec<File>, mapping: Option<String>) -> Result<(), JsError> {
-        let mapping = mapping.map(|text| Mapping::from_json(&text, "mapping.json")).transpose().map_err(sentence)?;
-        let file = files.pop().ok_or_else(|| JsError::new("no file was given; drop one log"))?;
-        self.opening = Some(Opening::files(file, mapping, files));
+    /// Start on a drive that the readers' module has read: what it says besides its columns, then what was found in its
+    /// file. Its parts follow; [`Session::open_some`] puts it in place.
+    pub fn begin_parts(
+        &mut self,
+        name: String,
+        vehicle: Option<Vec<f64>>,
+        rear_axle: Option<f64>,
+        unix_zero: Option<f64>,
+        report: JsValue,
+    ) -> Result<(), JsError> {
+        self.opening = Some(Opening::parts(Head { name, vehicle, rear_axle, unix_zero }, report)?);
+        Ok(())
+    }
+
+    /// Take one part: its name, the names of its columns, its times (s), its columns (an empty one has no value). One that
+    /// does not fit ends the opening.
+    pub fn add_part(
+        &mut self,
+        part: &str,
+        names: Vec<String>,
+        time: Vec<f64>,
+        columns: Vec<Float64Array>,
+    ) -> Result<(), JsError> {
+        let Some(mut opening) = self.opening.take() else { return Err(JsError::new("nothing is being opened")) };
+        opening.add(part, names, time, &columns)?;
+        self.opening = Some(opening);
         Ok(())
     }
 
@@ -112,7 +131,7 @@ impl Session {
             let drive = drive.clone();
             self.put_in_place(Opened { drive, report: None });
         }
-        plain(&self.report)
+        self.report()
     }
 
     /// Give up opening; the drive that was open stays.
@@ -122,7 +141,7 @@ impl Session {
 
     /// What the open drive holds.
     pub fn report(&self) -> Result<JsValue, JsError> {
-        plain(&self.report)
+        self.report.plain()
     }
 
     /// Start a run. `params` is an object of names and values, `vehicle` the name of a car or null for the drive's own.

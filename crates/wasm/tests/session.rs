@@ -3,10 +3,9 @@
 #![allow(clippy::unwrap_used)]
 
 use drivescope_wasm::Session;
-use js_sys::{Array, Float64Array, JSON, Reflect};
+use js_sys::{Array, Float64Array, JSON, Object, Reflect};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_test::*;
-use web_sys::{Blob, File};
 
 wasm_bindgen_test_configure!(run_in_dedicated_worker);
 
@@ -48,8 +47,16 @@ fn built_in() -> Session {
     session
 }
 
-fn file(name: &str, content: &str) -> File {
-    File::new_with_str_sequence(&Array::of1(&content.into()), name).unwrap()
+fn begin(session: &mut Session, name: &str, report: JsValue) {
+    session.begin_parts(name.into(), None, None, None, report).map_err(text).unwrap();
+}
+
+/// A part at 100 Hz whose columns are constant.
+fn add(session: &mut Session, part: &str, rows: usize, columns: &[(&str, f64)]) -> Result<(), String> {
+    let time = (0..rows).map(|k| k as f64 * 0.01).collect();
+    let names = columns.iter().map(|(name, _)| (*name).into()).collect();
+    let columns = columns.iter().map(|(_, value)| Float64Array::from(vec![*value; rows].as_slice())).collect();
+    session.add_part(part, names, time, columns).map_err(text)
 }
 
 #[wasm_bindgen_test]
@@ -105,31 +112,48 @@ fn a_refused_parameter_and_a_missing_signal_cross_as_one_sentence() {
     let mut session = built_in();
     let error = run(&mut session, "slope", r#"{"q2_th": 99}"#).unwrap_err();
     assert!(error.contains("99") && error.contains("outside"), "{error}");
-    session.begin_files(vec![file("wheels.csv", "t,speed\n0,1\n0.1,1\n0.2,1\n")], None).map_err(text).unwrap();
+    begin(&mut session, "wheels.csv", JsValue::NULL);
+    add(&mut session, "wheels", 3, &[("speed", 1.0)]).unwrap();
     open(&mut session).unwrap();
     let error = run(&mut session, "orientation", "{}").unwrap_err();
     assert!(error.contains("orientation needs"), "{error}");
 }
 
 #[wasm_bindgen_test]
-fn a_dropped_file_opens_and_a_broken_one_leaves_the_open_drive_in_place() {
+fn a_drive_in_parts_opens_and_a_broken_one_leaves_the_open_drive_in_place() {
     let mut session = Session::new();
-    let mut csv = String::from("t,accel_x,accel_y,accel_z,gyro_z,speed\n");
-    for k in 0..500 {
-        csv += &format!("{},0.1,0,-9.8,0.01,10\n", f64::from(k) * 0.01);
-    }
-    session.begin_files(vec![file("good.csv", &csv)], None).map_err(text).unwrap();
+    let (n, report) = (500, Object::new());
+    Reflect::set(&report, &"rows".into(), &500.into()).unwrap();
+    begin(&mut session, "good.csv", report.into());
+    let rest = [("accel_x", 0.1), ("accel_y", 0.0), ("accel_z", -9.8), ("gyro_z", 0.01)];
+    add(&mut session, "imu", n, &rest).unwrap();
+    assert!(
+        get(&session.report().map_err(text).unwrap(), "name").as_string().unwrap().is_empty(),
+        "not before its end"
+    );
+    add(&mut session, "wheels", n, &[("speed", 10.0)]).unwrap();
     open(&mut session).unwrap();
-    let broken = csv.replace("3.33,0.1,", "3.33,abc,");
-    session.begin_files(vec![file("broken.csv", &broken)], None).map_err(text).unwrap();
-    let error = open(&mut session).unwrap_err();
-    assert!(error.contains("broken.csv") && error.contains("accel_x") && error.contains("abc"), "{error}");
-    assert_eq!(get(&session.report().map_err(text).unwrap(), "name").as_string().unwrap(), "good.csv");
-    assert!((session.value_at("drive", "speed", 1.0) - 10.0).abs() < 1e-12);
-    let empty: Blob = file("empty.csv", "").into();
-    assert_eq!(empty.size(), 0.0);
-    session.begin_files(vec![empty.unchecked_into()], None).map_err(text).unwrap();
-    assert!(open(&mut session).unwrap_err().contains("empty"));
+    let good = |session: &Session| {
+        let report = session.report().map_err(text).unwrap();
+        assert_eq!(get(&report, "name").as_string().unwrap(), "good.csv");
+        assert_eq!(get(&report, "kind").as_string().unwrap(), "file");
+        assert_eq!(get(&get(&report, "import"), "rows").as_f64(), Some(500.0));
+        assert!((session.value_at("drive", "speed", 1.0) - 10.0).abs() < 1e-12);
+        assert!(session.value_at("drive", "gyro_x", 1.0).is_nan(), "a column that did not come has no value");
+    };
+    good(&session);
+    for (part, names, rows) in [("imu", ["yaw"], 9), ("tyres", ["speed"], 9), ("wheels", ["speed"], 8)] {
+        begin(&mut session, "broken.csv", JsValue::NULL);
+        let column = Float64Array::from(vec![1.0; rows].as_slice());
+        let time = (0..9).map(f64::from).collect();
+        let error = session.add_part(part, names.map(String::from).to_vec(), time, vec![column]).map_err(text);
+        assert!(error.unwrap_err().contains(part));
+        assert!(open(&mut session).is_err(), "a broken opening is over");
+    }
+    begin(&mut session, "cancelled.csv", JsValue::NULL);
+    session.cancel_open();
+    assert!(add(&mut session, "imu", n, &rest).is_err());
+    good(&session);
 }
 
 /// A golden history: names and rows.

@@ -99,6 +99,7 @@ export const en = {
     dismiss: 'Dismiss',
     dead: (reason: string) => `The estimating core stopped unexpectedly (${reason}). Reload the page to go on.`,
     worker: 'The estimating core could not be loaded. Reload the page.',
+    readers: (name: string) => `${name}: what reads files could not be loaded. Look at the connection and open the file again.`,
     mappingJson: (name: string, reason: string) => `${name}: expected a column mapping as JSON, found ${reason}`,
     mappingAlone: (name: string) => `${name}: a mapping alone opens nothing; drop it together with its log`,
     runFailed: (title: string, reason: string) => `${title}: ${reason}`,

@@ -52,7 +52,8 @@ export interface Request<O extends Operation = Operation> {
 export type ToWorker = Request | { cancel: number };
 export type FromWorker =
   | { id: number; ok: true; value: unknown }
-  | { id: number; ok: false; message: string; cancelled: boolean }
+  /** With `isUnloaded`, what reads files could not be loaded. */
+  | { id: number; ok: false; message: string; cancelled: boolean; isUnloaded?: boolean }
   | { id: number; progress: Progress }
   | { dead: string };
 
@@ -60,6 +61,13 @@ export type FromWorker =
 export class Cancelled extends Error {
   constructor() {
     super('cancelled');
+  }
+}
+
+/** Thrown when what reads files could not be loaded. */
+export class Unloaded extends Error {
+  constructor() {
+    super('not loaded');
   }
 }
 
@@ -122,6 +130,7 @@ export class RpcClient {
     }
     this.#waiting.delete(message.id);
     if (message.ok) waiting.resolve(message.value);
+    else if (message.isUnloaded) waiting.reject(new Unloaded());
     else waiting.reject(message.cancelled ? new Cancelled() : new Error(message.message));
   }
 }

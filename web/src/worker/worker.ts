@@ -2,16 +2,21 @@
 
 import type { Door, Progress } from '../door';
 import init, { Session } from '../generated/drivescope_wasm.js';
+import { Reading, readers } from './readers';
 import type { FromWorker, Operations, Request, ToWorker } from './rpc';
 
 /** Milliseconds of work between two looks at the messages. */
 const BUDGET = 30;
+/** Milliseconds without work after which the readers are loaded, so that a file can be opened later without a network. */
+const IDLE = 500;
 
 interface Job {
   id: number;
   estimator: string | null;
   /** Runs go before it: the rest of a drive whose beginning is being looked at. */
   yields: boolean;
+  /** What it needs is still being loaded. */
+  waits: boolean;
   begun: boolean;
   begin(): void;
   some(): Progress;
@@ -44,6 +49,7 @@ function runJob(door: Door, { id, args }: Request<'run'>): Job {
     id,
     estimator,
     yields: false,
+    waits: false,
     begun: false,
     begin: () => door.begin_run(estimator, params, vehicle ?? undefined),
     some: () => door.run_some(estimator, BUDGET),
@@ -60,25 +66,30 @@ function runJob(door: Door, { id, args }: Request<'run'>): Job {
 let resumable: Simulated | null = null;
 
 type Simulated = Extract<Operations['open']['takes'], { kind: 'simulation' }>;
+type Dropped = Extract<Operations['open']['takes'], { kind: 'files' }>;
 
 /** Samples of the inertial sensor in a second of a simulated drive. */
 const SIMULATED_RATE = 100;
 
-function openJob(door: Door, { id, args }: Request<'open'>): Job {
-  const first = args.kind === 'simulation' && args.first !== null ? args.first * SIMULATED_RATE : Infinity;
+/** What an opened drive ends: every run of the one before. */
+function endRuns(): void {
+  jobs.splice(0).forEach((job) => post({ id: job.id, ok: false, message: '', cancelled: true }));
+}
+
+function simulationJob(door: Door, id: number, args: Simulated): Job {
+  const first = args.first === null ? Infinity : args.first * SIMULATED_RATE;
   let isPartial = false;
-  const goesOn = args.kind === 'simulation' && resumable?.name === args.name && resumable.seed === args.seed && resumable.composed === args.composed;
+  const goesOn = resumable?.name === args.name && resumable.seed === args.seed && resumable.composed === args.composed;
   return {
     id,
     estimator: null,
     yields: goesOn,
+    waits: false,
     begun: false,
     begin: () => {
       const isThere = goesOn && resumable !== null;
       resumable = null;
-      if (isThere) return;
-      if (args.kind === 'simulation') door.begin_simulation(args.name, args.seed ?? undefined, args.composed ?? undefined);
-      else door.begin_files(args.files, args.mapping ?? undefined);
+      if (!isThere) door.begin_simulation(args.name, args.seed ?? undefined, args.composed ?? undefined);
     },
     some: () => {
       const progress = door.open_some(BUDGET);
@@ -87,12 +98,54 @@ function openJob(door: Door, { id, args }: Request<'open'>): Job {
     },
     cancel: () => door.cancel_open(),
     finish: () => {
-      jobs.splice(0).forEach((job) => post({ id: job.id, ok: false, message: '', cancelled: true }));
-      if (!isPartial || args.kind !== 'simulation') return door.report();
+      endRuns();
+      if (!isPartial) return door.report();
       resumable = args;
       return { ...door.preview_open(), is_partial: true };
     },
   };
+}
+
+function openJob(door: Door, { id, args }: Request<'open'>): Job {
+  return args.kind === 'files' ? filesJob(door, id, args) : simulationJob(door, id, args);
+}
+
+/** The job is there at once, so that it can be cancelled and overtaken, and waits for the readers. */
+function filesJob(door: Door, id: number, args: Dropped): Job {
+  let reading: Reading | null = null;
+  const job: Job = {
+    id,
+    estimator: null,
+    yields: false,
+    waits: true,
+    begun: false,
+    begin: () => {
+      resumable = null;
+      reading?.begin(args.files, args.mapping);
+    },
+    some: () => {
+      if (!reading) throw new Error('the readers are not there');
+      return reading.some(BUDGET);
+    },
+    cancel: () => reading?.cancel(),
+    finish: () => {
+      endRuns();
+      return door.report();
+    },
+  };
+  readers().then(
+    (reader) => {
+      reading = new Reading(reader, door);
+      job.waits = false;
+      schedule();
+    },
+    () => {
+      if (!jobs.includes(job)) return;
+      jobs.splice(jobs.indexOf(job), 1);
+      post({ id, ok: false, message: '', cancelled: false, isUnloaded: true });
+    },
+  );
+  return job;
 }
 
 function cancel(id: number): void {
@@ -120,13 +173,25 @@ tick.port1.onmessage = () => {
 };
 
 function schedule(): void {
-  if (isScheduled || jobs.length === 0 || isDead) return;
+  if (jobs.length === 0) loadWhenIdle();
+  if (isScheduled || jobs.every((job) => job.waits) || isDead) return;
   isScheduled = true;
   tick.port2.postMessage(null);
 }
 
+let idle: ReturnType<typeof setTimeout> | undefined;
+
+/** Load the readers once nothing was to be done for a while. A failure is told when a file comes. */
+function loadWhenIdle(): void {
+  clearTimeout(idle);
+  idle = setTimeout(() => {
+    if (jobs.length === 0) readers().catch(() => undefined);
+  }, IDLE);
+}
+
 function work(): void {
-  const job = jobs.find((j) => !j.yields) ?? jobs[0];
+  const ready = jobs.filter((j) => !j.waits);
+  const job = ready.find((j) => !j.yields) ?? ready[0];
   if (!job) return;
   try {
     if (!job.begun) {

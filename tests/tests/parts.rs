@@ -1,0 +1,105 @@
+//! A drive taken apart and put together again is the same drive, bit for bit. A failure means that a log opened in the page,
+//! where one module reads and another estimates, is not the log that the command line opens.
+#![allow(clippy::unwrap_used)]
+
+use drivescope_drive::channel::Series;
+use drivescope_drive::csv::{write_drive, write_raw_gnss};
+use drivescope_drive::drive::Drive;
+use drivescope_drive::parts::{Assembly, parts};
+use drivescope_drive::satellites::Satellite;
+use drivescope_import::{CsvReader, Table, open_table, raw_gnss};
+use drivescope_simulation::{Simulation, named};
+
+fn through_parts(drive: Drive) -> Drive {
+    let (head, parts) = parts(drive);
+    let mut assembly = Assembly::new(head).unwrap();
+    for part in parts {
+        let columns = part.columns.into_iter().map(|(name, values)| (name.to_owned(), values)).collect();
+        assembly.add(part.name, part.time, columns).unwrap();
+    }
+    assembly.finish()
+}
+
+fn bits(values: &[f64]) -> Vec<u64> {
+    values.iter().map(|v| v.to_bits()).collect()
+}
+
+fn assert_same_series(a: &Series, b: &Series, what: &str) {
+    assert_eq!(a.schema(), b.schema(), "{what}: schema");
+    assert_eq!(bits(a.time()), bits(b.time()), "{what}: times");
+    for (i, column) in a.schema().iter().enumerate() {
+        assert!(bits(a.column_at(i)) == bits(b.column_at(i)), "{what}: {} differs", column.name);
+    }
+}
+
+fn satellites(drive: &Drive) -> Vec<u64> {
+    let cells = |s: &Satellite| s.cells().map(f64::to_bits);
+    drive.raw_gnss.iter().flat_map(|(t, all)| [t.to_bits()].into_iter().chain(all.iter().flat_map(cells))).collect()
+}
+
+fn assert_same(a: &Drive, b: &Drive) {
+    for (one, other) in a.channels().into_iter().zip(b.channels()).chain([(&a.truth, &b.truth)]) {
+        assert_same_series(one, other, &a.name);
+    }
+    assert_eq!(a.raw_gnss.len(), b.raw_gnss.len());
+    assert!(satellites(a) == satellites(b), "{}: raw ranges differ", a.name);
+    let head =
+        |d: &Drive| (d.name.clone(), d.vehicle.clone(), d.rear_axle.map(f64::to_bits), d.unix_zero.map(f64::to_bits));
+    assert_eq!(head(a), head(b));
+}
+
+fn simulated(name: &str) -> Drive {
+    let mut simulation = Simulation::new(&named(name).unwrap(), None).unwrap();
+    simulation.advance(90.0);
+    simulation.drive().clone()
+}
+
+fn table(name: &str, text: &[u8]) -> Table {
+    let mut reader = CsvReader::new(name);
+    text.chunks(1 << 16).for_each(|slice| reader.feed(slice).unwrap());
+    reader.finish().unwrap()
+}
+
+/// The drive as the readers of the page hand it out.
+fn read(drive: &Drive) -> Drive {
+    let (mut text, mut raw) = (Vec::new(), Vec::new());
+    write_drive(drive, &mut text).unwrap();
+    let (mut read, _) = open_table(table(&drive.name, &text), None).unwrap();
+    if !drive.raw_gnss.is_empty() {
+        write_raw_gnss(&drive.raw_gnss, &mut raw).unwrap();
+        read.raw_gnss = raw_gnss(&table("raw.csv", &raw), 0.0).unwrap();
+    }
+    read
+}
+
+#[test]
+fn every_built_in_drive_survives_its_parts_simulated_and_read() {
+    let mut ranges = 0;
+    for drive in drivescope_simulation::drives() {
+        let live = simulated(drive.name);
+        assert_same(&live, &through_parts(live.clone()));
+        let read = read(&live);
+        assert_same(&read, &through_parts(read.clone()));
+        assert!(
+            read.truth.schema().len() > 10 && !read.imu.is_empty() | !read.accel_array.is_empty(),
+            "{}",
+            drive.name
+        );
+        ranges += read.raw_gnss.len();
+    }
+    assert!(ranges > 0, "one of them has raw ranges");
+}
+
+#[test]
+fn what_a_log_says_of_car_axle_and_date_survives_and_so_do_gaps() {
+    let text = "# rear_axle_x = -1.2345678901234567\n# vehicle = {\"mass\": 1234.5678901234567}\n\
+                time,accel_x,gyro_z,speed,truth_yaw,truth_roll\n\
+                2024-05-01T10:00:00.000Z,0.1,,10,0.5,\n2024-05-01T10:00:00.010Z,-0.0,0.3,,,\n\
+                2024-05-01T10:00:00.020Z,,0.2,11,0.7,\n2024-05-01T10:00:00.030Z,0.3,0.1,12,,\n";
+    let (drive, _) = open_table(table("gaps.csv", text.as_bytes()), None).unwrap();
+    assert!(drive.rear_axle.is_some() && drive.unix_zero.is_some() && drive.vehicle.is_some());
+    let cells = drive.imu.column("gyro_z").unwrap();
+    assert!(cells[0].is_nan() && cells[1] == 0.3);
+    assert_same(&drive, &through_parts(drive.clone()));
+    assert_same(&Drive::default(), &through_parts(Drive::default()));
+}
