@@ -211,6 +211,7 @@ export interface Door {
   report(): DriveReport;
   begin_run(estimator: string, params: Record<string, ParamValue>, vehicle: string | null | undefined): void;
   run_some(estimator: string, budgetMs: number): Progress;
+  forget_run(name: string): void;
   cancel_run(estimator: string): void;
   result(estimator: string, which: 'current' | 'previous'): RunReport | null;
   change(estimator: string): Comparison | null;

@@ -6,6 +6,7 @@ import './style/plots.css';
 import './style/panel.css';
 import './style/score.css';
 import './style/drives.css';
+import './style/magnetic.css';
 import { h, iconButton, save } from './dom';
 import { dropTarget, openFiles } from './files';
 import { listenToKeys } from './keys';
@@ -37,7 +38,7 @@ const session = new Session(store, worker);
 const history = new History<Tuning>(store.tuning.value);
 followTheme(store);
 
-const views = [attitudeView(store, session), slopeView(store, session)];
+const views = [attitudeView(store, session, history), slopeView(store, session)];
 const mode = modeView(store, session);
 const trajectory = new TrajectoryView(store, session);
 trajectory.onOutages = (outages) => mode.setOutages(outages);

@@ -1,6 +1,10 @@
 /** English. Texts that the core writes (parameter descriptions, errors) come from there and are shown as they are. */
 
+import { gate, variants } from './magnetic';
+
 export const en = {
+  variants,
+  gate,
   name: 'Drivescope',
   header: {
     drive: 'Drive',

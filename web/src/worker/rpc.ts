@@ -34,6 +34,8 @@ export interface Operations {
   sketch: { takes: { name: string }; gives: Float64Array };
   /** JSON of a built-in drive. */
   description: { takes: { name: string }; gives: string };
+  /** Forget a further run, `orientation@triad`. */
+  forget_run: { takes: { name: string }; gives: null };
   keep_previous: { takes: { estimator: string; keep: boolean }; gives: null };
   drop_previous: { takes: { estimator: string }; gives: null };
   grid: { takes: { items: GridItem[]; t0: number; t1: number; buckets: number }; gives: GridReply };

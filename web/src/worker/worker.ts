@@ -160,6 +160,7 @@ const answers: {
     return [flat, [flat.buffer]];
   },
   description: (door, { name }) => [door.description(name), []],
+  forget_run: (door, { name }) => [(door.forget_run(name), null), []],
   keep_previous: (door, { estimator, keep }) => [(door.keep_previous(estimator, keep), null), []],
   drop_previous: (door, { estimator }) => [(door.drop_previous(estimator), null), []],
   grid: (door, { items, t0, t1, buckets }) => {
