@@ -1,5 +1,7 @@
 /** What crosses the door of the core (crates/wasm): plain objects with the core's own names, SI units and radians. */
 
+import type { CompassDoor } from './compass/door';
+
 export type ParamValue = number | boolean | string | null;
 
 export interface Progress {
@@ -199,7 +201,7 @@ export interface Comparison {
 }
 
 /** The session as the worker sees it. */
-export interface Door {
+export interface Door extends CompassDoor {
   catalogue(): Catalogue;
   sketch(name: string): Float64Array;
   description(name: string): string;

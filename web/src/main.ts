@@ -7,6 +7,8 @@ import './style/panel.css';
 import './style/score.css';
 import './style/drives.css';
 import './style/magnetic.css';
+import { CompassDialog } from './compass/dialog';
+import { Doctor } from './compass/doctor';
 import { h, iconButton, save } from './dom';
 import { dropTarget, openFiles } from './files';
 import { listenToKeys } from './keys';
@@ -38,7 +40,9 @@ const session = new Session(store, worker);
 const history = new History<Tuning>(store.tuning.value);
 followTheme(store);
 
-const views = [attitudeView(store, session, history), slopeView(store, session)];
+const doctor = new Doctor(store, session);
+const compass = new CompassDialog(store, session, doctor);
+const views = [attitudeView(store, session, history, compass), slopeView(store, session)];
 const mode = modeView(store, session);
 const trajectory = new TrajectoryView(store, session);
 trajectory.onOutages = (outages) => mode.setOutages(outages);
@@ -56,7 +60,7 @@ async function openBuiltIn(name: string, seed: number | null = null): Promise<vo
 }
 
 async function openDropped(files: File[]): Promise<void> {
-  if (await openFiles(store, session, files, FIRST_LOOK)) side.showReport(true);
+  if (await openFiles(store, session, files, FIRST_LOOK, (text) => doctor.apply(text))) side.showReport(true);
 }
 
 function savePictures(): void {
@@ -97,6 +101,7 @@ document.querySelector('#app')?.replaceWith(
     dropTarget((files) => void openDropped(files)),
     help,
     drives.element,
+    compass.element,
   ),
 );
 

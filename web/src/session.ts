@@ -89,6 +89,11 @@ export class Session {
     else if (this.#rest && this.#store.report.value === drive) await this.#rest();
   }
 
+  /** Estimate anew what has been estimated: the drive's measurements have changed. */
+  rerun(): void {
+    for (const [name, runner] of this.#runners) if (runner.tuned) this.#request(name);
+  }
+
   /** Give up every run under way; earlier results stay. */
   stop(): void {
     for (const runner of this.#runners.values()) {

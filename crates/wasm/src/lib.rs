@@ -3,6 +3,8 @@
 //! In: dropped files, read in slices, a mapping, parameter values. Out: reports and schemas as plain objects, columns as
 //! fresh `Float64Array`s that JavaScript owns. No view into wasm memory outlives a call. No arithmetic happens here.
 
+#[cfg(feature = "compass")]
+mod compass;
 mod opening;
 mod reports;
 mod runs;

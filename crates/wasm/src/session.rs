@@ -24,7 +24,9 @@ const EPOCHS: usize = 2000;
 /// One open drive with its runs. Lives in a worker.
 #[wasm_bindgen]
 pub struct Session {
-    drive: Drive,
+    pub(crate) drive: Drive,
+    #[cfg(feature = "compass")]
+    pub(crate) compass: crate::compass::Compass,
     report: DriveReport,
     opening: Option<Opening>,
     slots: Slots,
@@ -43,7 +45,14 @@ impl Session {
     pub fn new() -> Self {
         let drive = Drive::default();
         let report = DriveReport::new(&drive, None);
-        Self { drive, report, opening: None, slots: Slots::new() }
+        Self {
+            #[cfg(feature = "compass")]
+            compass: Default::default(),
+            drive,
+            report,
+            opening: None,
+            slots: Slots::new(),
+        }
     }
 
     /// Estimators, built-in drives and vehicles.
@@ -263,6 +272,10 @@ impl Session {
     pub(crate) fn put_in_place(&mut self, opened: Opened) -> Progress {
         self.report = DriveReport::new(&opened.drive, opened.report);
         self.drive = opened.drive;
+        #[cfg(feature = "compass")]
+        {
+            self.compass = Default::default();
+        }
         self.slots = Slots::new();
         Progress { done: true, fraction: 1.0, stage: "reading", rows: self.drive.imu.len() }
     }
@@ -280,6 +293,10 @@ impl Session {
             return Some(&self.drive.truth);
         }
         let (name, which) = source.split_once(':')?;
+        #[cfg(feature = "compass")]
+        if name == "compass" {
+            return self.compass.field(which);
+        }
         self.slots.get(name)?.series(which)
     }
 

@@ -68,15 +68,16 @@ class AttitudeView extends TimeView {
 }
 
 /** The view with the choice between the two estimators that know the attitude, and between variants of one. */
-export function attitudeView(store: Store, session: Session, history: History<Tuning>): TimeView {
+export function attitudeView(store: Store, session: Session, history: History<Tuning>, compass: { button: HTMLElement; warning: HTMLElement }): TimeView {
   const choose = h('div.segmented', { role: 'radiogroup', 'aria-label': t.views.source });
   const axes = h('span.axes-note');
   const view = new AttitudeView(store, session, {
     title: t.views.attitude,
     key: '1',
     lanes: [lane('roll'), lane('pitch'), lane('yaw')],
-    controls: [choose, variantMenu(store, history), axes],
+    controls: [choose, variantMenu(store, history), compass.button, axes],
   });
+  view.body.prepend(compass.warning);
   store.display.watch((display) => {
     axes.textContent = display.axes === 'sae' ? t.display.sae : t.display.iso;
     axes.title = display.axes === 'sae' ? t.display.saeNote : t.display.isoNote;

@@ -1,5 +1,6 @@
 /** The typed conversation between the page and its worker. */
 
+import type { CompassOperations } from '../compass/door';
 import type { Catalogue, Comparison, DriveReport, ParamValue, Progress, RunReport } from '../door';
 
 export type OpenRequest =
@@ -26,7 +27,7 @@ export interface RunReply {
 }
 
 /** Every operation: what it takes and what it gives. */
-export interface Operations {
+export interface Operations extends CompassOperations {
   catalogue: { takes: Record<string, never>; gives: Catalogue };
   open: { takes: OpenRequest; gives: DriveReport };
   run: { takes: { estimator: string; params: Record<string, ParamValue>; vehicle: string | null }; gives: RunReply };
