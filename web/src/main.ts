@@ -60,7 +60,7 @@ async function openBuiltIn(name: string, seed: number | null = null): Promise<vo
 }
 
 async function openDropped(files: File[]): Promise<void> {
-  if (await openFiles(store, session, files, FIRST_LOOK, (text) => doctor.apply(text))) side.showReport(true);
+  if (await openFiles(store, session, files, FIRST_LOOK, (text) => doctor.applySaved(text))) side.showReport(true);
 }
 
 function savePictures(): void {

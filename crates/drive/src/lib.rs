@@ -38,6 +38,7 @@ pub mod geodesy;
 pub mod magnetic_model;
 pub mod param;
 pub mod satellites;
+pub mod select;
 pub mod signals;
 pub mod truth;
 pub mod vehicle;

@@ -4,7 +4,8 @@ use drivescope_drive::channel::{Channel, Series};
 use drivescope_drive::drive::Drive;
 use drivescope_drive::signals::{Gnss, Imu, Mag};
 use drivescope_estimation::magnetometer_calibration::{
-    AgainstCourse, Calibration, Examination, Scatter, examine, field_along_road, shift_gnss, turn_sensor,
+    AgainstCourse, CALIBRATION_VERSION, Calibration, ClockOffset, Examination, Kind, Quality, Scatter, examine,
+    field_along_road, shift_gnss, turn_sensor,
 };
 use drivescope_estimation::orientation::{DEFAULT_YEAR, OrientationParams, reference_of};
 use serde::Serialize;
@@ -35,8 +36,13 @@ struct Applied {
 /// A drive's magnetometer: as it was read, what a calibration makes of it, and what has been applied.
 #[derive(Serialize)]
 struct Diagnosis {
-    #[serde(flatten)]
-    examination: Examination,
+    earth: [f64; 3],
+    quality: Quality,
+    calibration: Option<Calibration>,
+    refusal_text: Option<String>,
+    clock: Option<ClockOffset>,
+    before: Option<AgainstCourse>,
+    after: Option<AgainstCourse>,
     /// What had to be assumed for the Earth's field.
     notes: Vec<&'static str>,
     scatter: Scatter,
@@ -97,13 +103,30 @@ impl Session {
         let warning_now = now.as_ref().map_or(&examination, |now| now).warning.clone().filter(|_| is_placed);
         let now = now.and_then(|now| now.before);
         let notes = notices.list().iter().map(|n| n.text).collect();
-        plain(&Diagnosis { examination, notes, scatter, applied, now, warning_now })
+        let Examination { earth, quality, calibration, refusal_text, clock, before, after, .. } = examination;
+        plain(&Diagnosis {
+            earth,
+            quality,
+            calibration,
+            refusal_text,
+            clock,
+            before,
+            after,
+            notes,
+            scatter,
+            applied,
+            now,
+            warning_now,
+        })
     }
 
-    /// Correct the drive, as it was read, with a calibration (JSON); turn its sensors by `mount_yaw` (rad) and set the receiver's
-    /// clock right by `clock` (s), where these are not 0.
-    pub fn compass_apply(&mut self, calibration: &str, mount_yaw: f64, clock: f64) -> Result<(), JsError> {
-        let calibration = Calibration::from_json(calibration, "calibration").map_err(sentence)?;
+    /// Correct the drive, as it was read, with the nine numbers of a calibration (offset, distortion); turn its sensors by
+    /// `mount_yaw` (rad) and set the receiver's clock right by `clock` (s), where these are not 0.
+    pub fn compass_apply(&mut self, numbers: &[f64], planar: bool, mount_yaw: f64, clock: f64) -> Result<(), JsError> {
+        let &[x, y, z, a, b, c, d, e, f] = numbers else { return Err(JsError::new("a calibration has nine numbers")) };
+        let kind = if planar { Kind::Planar } else { Kind::Full };
+        let (offset, distortion) = ([x, y, z], [a, b, c, d, e, f]);
+        let calibration = Calibration { version: CALIBRATION_VERSION, kind, offset, distortion };
         self.compass_undo();
         let Drive { imu, mag, gnss, .. } = &self.drive;
         let raw = Applied { imu: imu.clone(), mag: mag.clone(), gnss: gnss.clone(), calibration };

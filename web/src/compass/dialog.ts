@@ -34,6 +34,8 @@ export class CompassDialog {
   #save = h('button', { type: 'button', onclick: () => this.#saveFound() }, t.compass.save);
   #scatterHost = h('div.scatter', { role: 'img', 'aria-label': t.compass.scatterLabel });
   #scatter: ScatterPlot;
+  /** Keys of what only a calibration gives. */
+  #fitted: HTMLElement[];
   #field: FieldPlots;
 
   constructor(store: Store, session: Session, doctor: Doctor) {
@@ -43,11 +45,12 @@ export class CompassDialog {
     this.#field = new FieldPlots(store, session);
     const file = h('input', { type: 'file', hidden: true, accept: '.json,application/json', tabindex: '-1', 'aria-label': t.compass.open });
     file.addEventListener('change', () => {
-      void file.files?.[0]?.text().then((text) => doctor.apply(text));
+      void file.files?.[0]?.text().then((text) => doctor.applySaved(text));
       file.value = '';
     });
     const open = h('button', { type: 'button', onclick: () => file.click() }, t.compass.open);
     const key = (colour: string, name: string, isDashed = false): HTMLElement => h('span.key', {}, h(colour === 'raw' || colour === 'estimate' ? 'span.dot' : 'span.swatch', { 'data-colour': colour, 'data-dashed': isDashed || undefined }), name);
+    this.#fitted = [key('threshold', t.compass.ellipse), key('estimate', t.compass.curves.calibrated)];
     this.#options.append(h('label', {}, this.#turn, this.#turnText), h('label', {}, this.#clock, this.#clockText));
     this.element = h(
       'dialog.compass',
@@ -57,7 +60,7 @@ export class CompassDialog {
         this.#verdict,
         h('div.compass-actions', {}, this.#apply, this.#undo, this.#options, h('span.spacer'), this.#save, open, file),
         h('div.compass-columns', {},
-          h('section', {}, h('h3', {}, t.compass.readings), h('div.keys', {}, key('raw', t.compass.curves.raw), key('threshold', t.compass.ellipse), key('estimate', t.compass.curves.calibrated), key('truth', t.compass.circle, true)), this.#scatterHost),
+          h('section', {}, h('h3', {}, t.compass.readings), h('div.keys', {}, key('raw', t.compass.curves.raw), ...this.#fitted, key('truth', t.compass.circle, true)), this.#scatterHost),
           h('section', {}, h('h3', {}, t.compass.sectors), this.#noCourse, this.#table, this.#facts)),
         h('section', {}, h('h3', {}, t.compass.along), this.#field.element, h('p.note', {}, t.compass.dipNote))),
     );
@@ -96,6 +99,7 @@ export class CompassDialog {
     this.#showSectors(diagnosis);
     this.#showFacts(diagnosis);
     this.#scatter.show(diagnosis.scatter);
+    for (const key of this.#fitted) key.hidden = diagnosis.scatter.calibrated[0]?.length === 0;
     if (this.element.open) this.#field.load();
   }
 
@@ -179,7 +183,7 @@ export class CompassDialog {
     const applied = d.applied ?? d.calibration;
     if (applied) pairs.push([t.compass.facts.offset, t.compass.facts.offsetValue(applied.offset.map((v) => formatFixed(v, 1)).join(', '), d.calibration ? formatSignificant(d.quality.offset_sigma, 2) : '–')]);
     if (d.calibration) pairs.push([t.compass.facts.left, t.compass.facts.leftValue(formatFixed(d.quality.residual, 1), formatFixed(100 * d.quality.residual_relative, 0))]);
-    if (d.before) pairs.push([t.compass.facts.consistency, after ? t.compass.facts.change(formatFixed(d.before.consistency.balanced, 2), formatFixed(after.consistency.balanced, 2)) : formatFixed(d.before.consistency.balanced, 2)]);
+    if (d.before) pairs.push([t.compass.facts.consistency, t.compass.facts.agreement([d.before, ...(after ? [after] : [])].map((a) => formatFixed(a.consistency.balanced, 2)).join(' → '), d.before.consistency.sectors)]);
     if (after) pairs.push([t.compass.facts.mount, angle(after.mount_yaw)]);
     if (d.clock) pairs.push([t.compass.facts.clock, t.compass.facts.clockValue(formatFixed(d.clock.offset, 2), formatSignificant(d.clock.sigma, 2))]);
     this.#facts.replaceChildren(...pairs.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]));

@@ -4,7 +4,7 @@ import { t } from '../messages';
 import { Signal } from '../signal';
 import { OVERLAID, type Store } from '../state';
 import type { Session } from '../session';
-import type { Diagnosis } from './door';
+import { type Calibration, type Diagnosis, readCalibration } from './door';
 
 /** A mount's yaw from which turning the sensor is proposed, rad. */
 const TURNED = 0.35;
@@ -69,11 +69,20 @@ export class Doctor {
   /** Apply the calibration found. */
   async applyFound(mountYaw: number, clock: number): Promise<void> {
     const { value } = this.diagnosis;
-    if (value?.calibration) await this.apply(JSON.stringify(value.calibration), mountYaw, clock);
+    if (value?.calibration) await this.apply(value.calibration, mountYaw, clock);
   }
 
-  /** Apply a calibration as saved, and estimate anew; the results before stay for comparison. */
-  async apply(calibration: string, mountYaw = 0, clock = 0): Promise<void> {
+  /** Apply a saved calibration. */
+  async applySaved(text: string): Promise<void> {
+    try {
+      await this.apply(readCalibration(text, t.compass.unreadable));
+    } catch (reason) {
+      this.#fail(reason);
+    }
+  }
+
+  /** Apply a calibration to the readings as they were, and estimate anew; the results before stay for comparison. */
+  async apply(calibration: Calibration, mountYaw = 0, clock = 0): Promise<void> {
     if (!this.hasCompass) {
       this.#store.error.value = t.compass.nothing;
       return;

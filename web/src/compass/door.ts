@@ -8,6 +8,24 @@ export interface Calibration {
   distortion: [number, number, number, number, number, number];
 }
 
+/** The version of calibrations that the core reads and writes. */
+const VERSION = 1;
+
+/** Read a saved calibration; throws a sentence. */
+export function readCalibration(text: string, sentence: (reason: string) => string): Calibration {
+  let value: Partial<Calibration>;
+  try {
+    value = JSON.parse(text) as Partial<Calibration>;
+  } catch (reason) {
+    throw new Error(sentence(reason instanceof Error ? reason.message : String(reason)));
+  }
+  if (value?.version !== VERSION) throw new Error(sentence(`version ${String(value?.version)}, not ${VERSION}`));
+  const isNumbers = (list: unknown, length: number): boolean => Array.isArray(list) && list.length === length && list.every(Number.isFinite);
+  if (!isNumbers(value.offset, 3) || !isNumbers(value.distortion, 6)) throw new Error(sentence('no three offsets and six distortions'));
+  if (value.kind !== 'full' && value.kind !== 'planar') throw new Error(sentence(`kind ${String(value.kind)}`));
+  return value as Calibration;
+}
+
 /** A heading held against the GNSS course. */
 export interface AgainstCourse {
   consistency: { plain: number; balanced: number; sectors: number; points: number };
@@ -36,13 +54,13 @@ export interface Diagnosis {
 /** The compass doctor as the worker sees it. */
 export interface CompassDoor {
   compass(year: number, latitude: number, longitude: number, withField: boolean): Diagnosis | null;
-  compass_apply(calibration: string, mountYaw: number, clock: number): void;
+  compass_apply(numbers: Float64Array, planar: boolean, mountYaw: number, clock: number): void;
   compass_undo(): void;
 }
 
 /** Its operations, as the page asks for them. */
 export interface CompassOperations {
   compass: { takes: { year: number; latitude: number; longitude: number; withField: boolean }; gives: Diagnosis | null };
-  compass_apply: { takes: { calibration: string; mountYaw: number; clock: number }; gives: null };
+  compass_apply: { takes: { calibration: Calibration; mountYaw: number; clock: number }; gives: null };
   compass_undo: { takes: Record<string, never>; gives: null };
 }

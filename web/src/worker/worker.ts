@@ -164,7 +164,7 @@ const answers: {
   keep_previous: (door, { estimator, keep }) => [(door.keep_previous(estimator, keep), null), []],
   drop_previous: (door, { estimator }) => [(door.drop_previous(estimator), null), []],
   compass: (door, { year, latitude, longitude, withField }) => [door.compass(year, latitude, longitude, withField), []],
-  compass_apply: (door, { calibration, mountYaw, clock }) => [(door.compass_apply(calibration, mountYaw, clock), null), []],
+  compass_apply: (door, { calibration, mountYaw, clock }) => [(door.compass_apply(Float64Array.from([...calibration.offset, ...calibration.distortion]), calibration.kind === 'planar', mountYaw, clock), null), []],
   compass_undo: (door) => [(door.compass_undo(), null), []],
   grid: (door, { items, t0, t1, buckets }) => {
     const times = door.grid_times(t0, t1, buckets);
