@@ -1,5 +1,7 @@
 /** What crosses the door of the core (crates/wasm): plain objects with the core's own names, SI units and radians. */
 
+import type { CompassDoor } from './compass/door';
+
 export type ParamValue = number | boolean | string | null;
 
 export interface Progress {
@@ -204,7 +206,7 @@ export type DriveHead = [string, Float64Array | undefined, number | undefined, n
 export type DrivePart = [string, string[], Float64Array, Float64Array[]];
 
 /** The session as the worker sees it. */
-export interface Door {
+export interface Door extends CompassDoor {
   catalogue(): Catalogue;
   sketch(name: string): Float64Array;
   description(name: string): string;
@@ -217,6 +219,7 @@ export interface Door {
   report(): DriveReport;
   begin_run(estimator: string, params: Record<string, ParamValue>, vehicle: string | null | undefined): void;
   run_some(estimator: string, budgetMs: number): Progress;
+  forget_run(name: string): void;
   cancel_run(estimator: string): void;
   result(estimator: string, which: 'current' | 'previous'): RunReport | null;
   change(estimator: string): Comparison | null;

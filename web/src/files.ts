@@ -11,8 +11,14 @@ function isDrive(text: string): boolean {
   return typeof value === 'object' && value !== null && 'segments' in value;
 }
 
+/** Whether a JSON text is a magnetometer's calibration. */
+function isCalibration(text: string): boolean {
+  const value: unknown = JSON.parse(text);
+  return typeof value === 'object' && value !== null && 'distortion' in value;
+}
+
 /** Open what was dropped: a JSON file alone is a drive, beside a log it is its mapping. True for an open log. */
-export async function openFiles(store: Store, session: Session, files: File[], first: number): Promise<boolean> {
+export async function openFiles(store: Store, session: Session, files: File[], first: number, calibrate: (text: string) => Promise<void>): Promise<boolean> {
   if (files.length === 0) return false;
   const mappings = files.filter((f) => /\.json$/i.test(f.name));
   const logs = files.filter((f) => !mappings.includes(f));
@@ -25,6 +31,10 @@ export async function openFiles(store: Store, session: Session, files: File[], f
         const { name } = mappingFile;
         const isOpen = await session.open({ kind: 'simulation', name, seed: null, first, composed: mapping }, name);
         if (isOpen) void session.runAll();
+        return false;
+      }
+      if (isCalibration(mapping) && logs.length === 0) {
+        await calibrate(mapping);
         return false;
       }
     } catch (reason) {

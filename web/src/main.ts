@@ -6,6 +6,9 @@ import './style/plots.css';
 import './style/panel.css';
 import './style/score.css';
 import './style/drives.css';
+import './style/magnetic.css';
+import { CompassDialog } from './compass/dialog';
+import { Doctor } from './compass/doctor';
 import { h, iconButton, save } from './dom';
 import type { ParamValue } from './door';
 import { dropTarget, openFiles } from './files';
@@ -40,7 +43,9 @@ const session = new Session(store, worker);
 const history = new History<Tuning>(store.tuning.value);
 followTheme(store);
 
-const views = [attitudeView(store, session), slopeView(store, session)];
+const doctor = new Doctor(store, session);
+const compass = new CompassDialog(store, session, doctor);
+const views = [attitudeView(store, session, history, compass), slopeView(store, session)];
 const mode = modeView(store, session);
 const trajectory = new TrajectoryView(store, session);
 trajectory.onOutages = (outages) => mode.setOutages(outages);
@@ -99,7 +104,7 @@ function tell(reason: unknown): void {
 }
 
 async function openDropped(files: File[]): Promise<void> {
-  if (await openFiles(store, session, files, FIRST_LOOK)) side.showReport(true);
+  if (await openFiles(store, session, files, FIRST_LOOK, (text) => doctor.applySaved(text))) side.showReport(true);
 }
 
 function savePictures(): void {
@@ -141,6 +146,7 @@ document.querySelector('#app')?.replaceWith(
     dropTarget((files) => void openDropped(files)),
     help,
     drives.element,
+    compass.element,
   ),
 );
 

@@ -2,7 +2,7 @@
 
 import type { DriveReport } from './door';
 import { t } from './messages';
-import { isRunnable, type Store } from './state';
+import { estimatorOf, isRunnable, overlayRun, type Store } from './state';
 import { sameFor, type Tuning } from './tuning';
 import { Cancelled, type OpenRequest, type Pending, RpcClient, type RunReply, Unloaded } from './worker/rpc';
 
@@ -35,6 +35,7 @@ export class Session {
       store.error.value = t.errors.worker;
     });
     store.tuning.on((tuning) => this.#retune(tuning));
+    store.overlays.on((now, before) => this.#overlay(now, before));
   }
 
   /** Open a drive and estimate it; what is open stays until that has succeeded. True if it has. */
@@ -79,13 +80,19 @@ export class Session {
   /** Run every estimator that can run; then open the rest of a drive of which only the beginning is there. */
   async runAll(): Promise<void> {
     this.#store.isRestHeld.value = false;
-    const names = (this.#store.catalogue.value?.estimators ?? []).map((e) => e.name);
+    const estimators = (this.#store.catalogue.value?.estimators ?? []).map((e) => e.name);
+    const names = [...estimators, ...this.#store.overlays.value.map(overlayRun)];
     for (const name of names) this.#request(name);
     const drive = this.#store.report.value;
     await Promise.all(names.map((name) => new Promise<void>((resolve) => this.#whenIdle(name, resolve))));
     const isStopped = names.some((name) => this.#store.run(name).value.isStopped);
     if (isStopped) this.#store.isRestHeld.value = true;
     else if (this.#rest && this.#store.report.value === drive) await this.#rest();
+  }
+
+  /** Estimate anew what has been estimated: the drive's measurements have changed. */
+  rerun(): void {
+    for (const [name, runner] of this.#runners) if (runner.tuned) this.#request(name);
   }
 
   /** Give up every run under way; earlier results stay. */
@@ -134,8 +141,22 @@ export class Session {
 
   #retune(tuning: Tuning): void {
     for (const [estimator, runner] of this.#runners) {
-      if (runner.tuned && !sameFor(estimator, tuning, runner.tuned)) this.#request(estimator);
+      if (runner.tuned && !sameFor(estimatorOf(estimator), tuning, runner.tuned)) this.#request(estimator);
     }
+  }
+
+  /** Run the variants that have been added, forget those that have been taken away. */
+  #overlay(now: readonly string[], before: readonly string[]): void {
+    for (const variant of before.filter((v) => !now.includes(v))) {
+      const name = overlayRun(variant);
+      const runner = this.#runners.get(name);
+      this.#runners.delete(name);
+      if (runner) runner.isAsked = false;
+      runner?.pending?.cancel();
+      this.#store.clearRun(name);
+      void this.rpc.call('forget_run', { name });
+    }
+    for (const variant of now.filter((v) => !before.includes(v))) this.#request(overlayRun(variant));
   }
 
   #runner(estimator: string): Runner {
@@ -162,14 +183,16 @@ export class Session {
     const store = this.#store;
     do {
       runner.isAsked = false;
-      if (!isRunnable(store.report.value, estimator)) return;
+      const [name, variant] = estimator.split('@') as [string, string | undefined];
+      if (!isRunnable(store.report.value, name)) return;
       const drive = store.report.value;
+      const isWanted = (): boolean => store.report.value === drive && this.#runners.get(estimator) === runner;
       const tuning = store.tuning.value;
       const pending = this.rpc.start(
         'run',
-        { estimator, params: { ...tuning.params[estimator] }, vehicle: tuning.vehicle },
+        { estimator, params: { ...tuning.params[name], ...(variant === undefined ? {} : { variant }) }, vehicle: tuning.vehicle },
         (running) => {
-          if (store.report.value === drive) store.patchRun(estimator, { running });
+          if (isWanted()) store.patchRun(estimator, { running });
         },
       );
       runner.pending = pending;
@@ -177,12 +200,12 @@ export class Session {
       store.patchRun(estimator, { running: { done: false, fraction: 0, stage: 'estimating', rows: 0 }, error: null, isStopped: false });
       try {
         const reply = await pending.answer;
-        if (store.report.value === drive) store.patchRun(estimator, { reply, running: null });
+        if (isWanted()) store.patchRun(estimator, { reply, running: null });
       } catch (reason) {
         const isCancelled = reason instanceof Cancelled;
         const error = isCancelled ? null : reason instanceof Error ? reason.message : String(reason);
         const isStopped = isCancelled && !runner.isAsked;
-        if (store.report.value === drive) store.patchRun(estimator, { running: null, error, isStopped });
+        if (isWanted()) store.patchRun(estimator, { running: null, error, isStopped });
       }
       runner.pending = null;
     } while (runner.isAsked);

@@ -26,6 +26,19 @@ export interface RunState {
   readonly isKept: boolean;
 }
 
+/** The estimator of which several variants can be drawn at once. */
+export const OVERLAID = 'orientation';
+
+/** The name of the further run of a variant. */
+export function overlayRun(variant: string): string {
+  return `${OVERLAID}@${variant}`;
+}
+
+/** The estimator of a run: its name up to `@`. */
+export function estimatorOf(run: string): string {
+  return run.split('@')[0] ?? run;
+}
+
 const NO_RUN: RunState = { reply: null, running: null, error: null, isStopped: false, isKept: false };
 
 /** Opening, under way. */
@@ -60,6 +73,8 @@ export class Store {
   readonly theme = new Signal<'auto' | 'light' | 'dark'>('auto');
   readonly tuning = new Signal<Tuning>(UNTUNED);
   readonly estimator = new Signal<string>('orientation');
+  /** Variants of orientation that are drawn with the one that is tuned. */
+  readonly overlays = new Signal<readonly string[]>([]);
   #runs = new Map<string, Signal<RunState>>();
 
   /** The runs of an estimator. */
@@ -76,6 +91,11 @@ export class Store {
   patchRun(estimator: string, patch: Partial<RunState>): void {
     const run = this.run(estimator);
     run.value = { ...run.value, ...patch };
+  }
+
+  /** Forget an estimator's runs. */
+  clearRun(estimator: string): void {
+    this.run(estimator).value = NO_RUN;
   }
 
   /** A new drive is open: its whole length is shown and nothing has been estimated. The rest of a drive moves nothing. */
@@ -134,9 +154,12 @@ export class Store {
   }
 }
 
+/** A gate that leaves disturbed fields out does what it is for, however often. */
+const GATED = /magnetic field that does not fit .* was left out/;
+
 /** What an estimator noticed so often that its curves are not to be believed. */
 export function trouble({ reply }: RunState): { text: string; count: number } | null {
-  const most = reply?.current.notices.reduce((a, b) => (b.count > a.count ? b : a), { text: '', count: 0 });
+  const most = reply?.current.notices.filter((n) => !GATED.test(n.text)).reduce((a, b) => (b.count > a.count ? b : a), { text: '', count: 0 });
   return reply && most && most.count > OFTEN * reply.current.rows ? most : null;
 }
 

@@ -87,8 +87,7 @@ pub fn visible_gap(series: &Series) -> f64 {
     if steps.is_empty() {
         return f64::INFINITY;
     }
-    let middle = steps.len() / 2;
-    (5.0 * *steps.select_nth_unstable_by(middle, f64::total_cmp).1).max(0.2)
+    (5.0 * crate::select::median(&mut steps)).max(0.2)
 }
 
 #[cfg(test)]

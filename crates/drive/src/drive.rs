@@ -362,11 +362,7 @@ impl Drive {
     pub fn start(&self) -> LogStart {
         let median_step = |time: &[f64]| {
             let mut steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
-            if steps.is_empty() {
-                return f64::NAN;
-            }
-            let middle = steps.len() / 2;
-            *steps.select_nth_unstable_by(middle, f64::total_cmp).1
+            crate::select::median(&mut steps)
         };
         let imu_time = if self.imu.len() >= self.accel_array.len() { self.imu.time() } else { self.accel_array.time() };
         let soon = self.span().map_or(0.0, |s| s.0) + 1.0;

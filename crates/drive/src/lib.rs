@@ -41,6 +41,7 @@ pub mod magnetic_model;
 pub mod param;
 pub mod parts;
 pub mod satellites;
+pub mod select;
 pub mod signals;
 pub mod truth;
 pub mod vehicle;

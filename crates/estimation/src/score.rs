@@ -310,7 +310,7 @@ fn position(rows: &Rows, truths: &mut TruthTable) -> Option<PositionScore> {
     let max = distances.iter().fold(0.0, |m: f64, d| m.max(*d));
     let mut nth = |share: f64| {
         let index = (share * (count - 1) as f64).round() as usize;
-        *distances.select_nth_unstable_by(index, f64::total_cmp).1
+        drivescope_drive::select::nth(&mut distances, index)
     };
     Some(PositionScore { count, rmse_horizontal, median: nth(0.5), p95: nth(0.95), max, last, rmse_vertical })
 }

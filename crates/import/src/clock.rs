@@ -100,11 +100,7 @@ pub(crate) fn median_step(values: &[f64]) -> f64 {
 
 /// The median; NaN of nothing.
 pub(crate) fn median(mut values: Vec<f64>) -> f64 {
-    if values.is_empty() {
-        return f64::NAN;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+    drivescope_drive::select::median(&mut values)
 }
 
 /// The instant that seconds count from, for people.

@@ -371,5 +371,5 @@ fn percentile(draft: &Draft, name: &str) -> f64 {
         return 0.0;
     }
     let index = (values.len() - 1) * 999 / 1000;
-    *values.select_nth_unstable_by(index, f64::total_cmp).1
+    drivescope_drive::select::nth(&mut values, index)
 }

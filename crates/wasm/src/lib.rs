@@ -4,6 +4,8 @@
 //! objects, columns as fresh `Float64Array`s that JavaScript owns. No view into wasm memory outlives a call. No arithmetic
 //! happens here.
 
+#[cfg(feature = "compass")]
+mod compass;
 mod opening;
 mod reports;
 mod runs;

@@ -83,7 +83,42 @@ impl Slot {
     }
 }
 
-/// Index of an estimator in the list, which is also the index of its slot.
-pub fn slot_index(name: &str) -> Option<usize> {
-    ESTIMATORS.iter().position(|e| e.name == name)
+/// The slots of a session by name: one for each estimator, and those of further runs, `orientation@triad`.
+pub struct Slots(Vec<(String, Slot)>);
+
+impl Slots {
+    /// An empty slot for each estimator.
+    pub fn new() -> Self {
+        Self(ESTIMATORS.iter().map(|e| (e.name.to_owned(), Slot::default())).collect())
+    }
+
+    /// The slot of this name.
+    pub fn get(&self, name: &str) -> Option<&Slot> {
+        self.0.iter().find(|(n, _)| n == name).map(|(_, slot)| slot)
+    }
+
+    /// The slot of this name, to be changed.
+    pub fn get_mut(&mut self, name: &str) -> Option<&mut Slot> {
+        self.0.iter_mut().find(|(n, _)| n == name).map(|(_, slot)| slot)
+    }
+
+    /// Put a run in the slot of this name, which is made where there is none.
+    pub fn start(&mut self, name: &str, run: AnyRun) {
+        if self.get(name).is_none() {
+            self.0.push((name.to_owned(), Slot::default()));
+        }
+        if let Some(slot) = self.get_mut(name) {
+            (slot.running, slot.seconds) = (Some(run), 0.0);
+        }
+    }
+
+    /// Forget a further run with its results; the slots of estimators stay.
+    pub fn forget(&mut self, name: &str) {
+        self.0.retain(|(n, _)| n != name || estimator_of(n) == n);
+    }
+}
+
+/// The estimator of a slot: its name up to `@`.
+pub fn estimator_of(name: &str) -> &str {
+    name.split_once('@').map_or(name, |(estimator, _)| estimator)
 }

@@ -6,7 +6,7 @@ use drivescope_drive::decimate::{Grid, sample_rows, visible_gap};
 use drivescope_drive::drive::Drive;
 use drivescope_drive::parts::Head;
 use drivescope_drive::vehicle::VehicleParams;
-use drivescope_estimation::registry::{AnyRun, ESTIMATORS};
+use drivescope_estimation::registry::AnyRun;
 use drivescope_estimation::trajectory::{PathPoint, estimated_path, fixes, held, true_path};
 use drivescope_simulation::{DriveSpec, Simulation};
 use js_sys::{Date, Float64Array, Uint8Array};
@@ -15,7 +15,7 @@ use wasm_bindgen::prelude::*;
 
 use crate::opening::{Opened, Opening, Step};
 use crate::reports::{Catalogue, DriveReport, Progress, plain, sentence};
-use crate::runs::{Slot, slot_index};
+use crate::runs::{Slot, Slots, estimator_of};
 
 /// Epochs stepped between two looks at the clock.
 const EPOCHS: usize = 2000;
@@ -23,10 +23,12 @@ const EPOCHS: usize = 2000;
 /// One open drive with its runs. Lives in a worker.
 #[wasm_bindgen]
 pub struct Session {
-    drive: Drive,
+    pub(crate) drive: Drive,
+    #[cfg(feature = "compass")]
+    pub(crate) compass: crate::compass::Compass,
     report: DriveReport,
     opening: Option<Opening>,
-    slots: Vec<Slot>,
+    slots: Slots,
 }
 
 impl Default for Session {
@@ -42,7 +44,14 @@ impl Session {
     pub fn new() -> Self {
         let drive = Drive::default();
         let report = DriveReport::new(&drive, None);
-        Self { drive, report, opening: None, slots: empty_slots() }
+        Self {
+            #[cfg(feature = "compass")]
+            compass: Default::default(),
+            drive,
+            report,
+            opening: None,
+            slots: Slots::new(),
+        }
     }
 
     /// Estimators, built-in drives and vehicles.
@@ -144,24 +153,22 @@ impl Session {
         self.report.plain()
     }
 
-    /// Start a run. `params` is an object of names and values, `vehicle` the name of a car or null for the drive's own.
+    /// Start a run of an estimator, or with `orientation@some_name` a further one with results of its own. `params` is an
+    /// object of names and values, `vehicle` the name of a car or null for the drive's own.
     pub fn begin_run(&mut self, estimator: &str, params: JsValue, vehicle: Option<String>) -> Result<(), JsError> {
         let params: Value = serde_wasm_bindgen::from_value(params).map_err(sentence)?;
         let vehicle = vehicle
             .map(|name| VehicleParams::preset(&name).ok_or_else(|| JsError::new(&format!("there is no car `{name}`"))))
             .transpose()?;
-        let run = AnyRun::new(estimator, &self.drive, &params, vehicle.as_ref()).map_err(sentence)?;
-        let slot = self.slot_mut(estimator)?;
-        slot.running = Some(run);
-        slot.seconds = 0.0;
+        let run = AnyRun::new(estimator_of(estimator), &self.drive, &params, vehicle.as_ref()).map_err(sentence)?;
+        self.slots.start(estimator, run);
         Ok(())
     }
 
     /// Go on with a run for about `budget_ms`; at the end it has become the current result.
     pub fn run_some(&mut self, estimator: &str, budget_ms: f64) -> Result<JsValue, JsError> {
         let begin = Date::now();
-        let index = index_of(estimator)?;
-        let (drive, slot) = (&self.drive, &mut self.slots[index]);
+        let (drive, slot) = (&self.drive, self.slots.get_mut(estimator).ok_or_else(|| unknown(estimator))?);
         let run = slot.running.as_mut().ok_or_else(|| JsError::new(&format!("{estimator} is not running")))?;
         loop {
             let done = match run.advance(drive, EPOCHS) {
@@ -189,16 +196,21 @@ impl Session {
         Ok(())
     }
 
+    /// Forget a further run; those of estimators stay.
+    pub fn forget_run(&mut self, name: &str) {
+        self.slots.forget(name);
+    }
+
     /// Report on the `current` or `previous` result; null if there is none.
     pub fn result(&self, estimator: &str, which: &str) -> Result<JsValue, JsError> {
-        let slot = &self.slots[index_of(estimator)?];
+        let slot = self.slot(estimator)?;
         let finished = if which == "previous" { &slot.previous } else { &slot.current };
         plain(&finished.as_ref().map(|f| f.report()))
     }
 
     /// What changed from the previous to the current result; null if there is no previous one.
     pub fn change(&self, estimator: &str) -> Result<JsValue, JsError> {
-        plain(&self.slots[index_of(estimator)?].change())
+        plain(&self.slot(estimator)?.change())
     }
 
     /// Keep the previous result in its place whatever is run next, or let the next run replace it.
@@ -228,12 +240,16 @@ impl Session {
     /// The value of a column at a time, between samples on the straight line; NaN if there is none.
     pub fn value_at(&self, source: &str, column: &str, t: f64) -> f64 {
         let Some((series, index)) = self.column(source, column) else { return f64::NAN };
-        if column == "mode" { held(series, column, t) } else { series.interpolate(index, t, visible_gap(series)) }
+        if matches!(column, "mode" | "gate" | "gate_reason") {
+            held(series, column, t)
+        } else {
+            series.interpolate(index, t, visible_gap(series))
+        }
     }
 
     /// Points of a trajectory, five numbers each: time, north, east, sigma, mode.
     pub fn path(&self, source: &str, t0: f64, t1: f64, max_points: usize) -> Float64Array {
-        let modes = slot_index("motion_mode").and_then(|i| self.slots[i].series("current"));
+        let modes = self.series("motion_mode:current");
         let points = match source {
             "drive" => fixes(&self.drive, (t0, t1), max_points),
             "truth" => true_path(&self.drive, (t0, t1), max_points),
@@ -275,13 +291,20 @@ impl Session {
     pub(crate) fn put_in_place(&mut self, opened: Opened) -> Progress {
         self.report = DriveReport::new(&opened.drive, opened.report);
         self.drive = opened.drive;
-        self.slots = empty_slots();
+        #[cfg(feature = "compass")]
+        {
+            self.compass = Default::default();
+        }
+        self.slots = Slots::new();
         Progress { done: true, fraction: 1.0, stage: "reading", rows: self.drive.imu.len() }
     }
 
     fn slot_mut(&mut self, estimator: &str) -> Result<&mut Slot, JsError> {
-        let index = index_of(estimator)?;
-        Ok(&mut self.slots[index])
+        self.slots.get_mut(estimator).ok_or_else(|| unknown(estimator))
+    }
+
+    fn slot(&self, estimator: &str) -> Result<&Slot, JsError> {
+        self.slots.get(estimator).ok_or_else(|| unknown(estimator))
     }
 
     fn series(&self, source: &str) -> Option<&Series> {
@@ -289,7 +312,11 @@ impl Session {
             return Some(&self.drive.truth);
         }
         let (name, which) = source.split_once(':')?;
-        self.slots[slot_index(name)?].series(which)
+        #[cfg(feature = "compass")]
+        if name == "compass" {
+            return self.compass.field(which);
+        }
+        self.slots.get(name)?.series(which)
     }
 
     fn column(&self, source: &str, column: &str) -> Option<(&Series, usize)> {
@@ -301,10 +328,6 @@ impl Session {
     }
 }
 
-fn empty_slots() -> Vec<Slot> {
-    ESTIMATORS.iter().map(|_| Slot::default()).collect()
-}
-
-fn index_of(estimator: &str) -> Result<usize, JsError> {
-    slot_index(estimator).ok_or_else(|| JsError::new(&format!("there is no estimator `{estimator}`")))
+fn unknown(estimator: &str) -> JsError {
+    JsError::new(&format!("there is no estimator `{estimator}`"))
 }

@@ -1,6 +1,11 @@
 /** English. Texts that the core writes (parameter descriptions, errors) come from there and are shown as they are. */
 
+import { compass, gate, variants } from './magnetic';
+
 export const en = {
+  variants,
+  gate,
+  compass,
   name: 'Drivescope',
   header: {
     drive: 'Drive',

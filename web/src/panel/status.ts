@@ -3,8 +3,9 @@
 import { h, iconButton, prose } from '../dom';
 import { t } from '../messages';
 import type { Session } from '../session';
-import type { Store } from '../state';
+import { overlayRun, type Store } from '../state';
 import { perFrame } from '../signal';
+import { words as plain } from './params';
 
 /** The line under the header: progress with stop, or nothing. Its place is always kept. */
 export function statusLine(store: Store, session: Session): HTMLElement {
@@ -15,7 +16,8 @@ export function statusLine(store: Store, session: Session): HTMLElement {
   let action = (): void => {};
   stop.addEventListener('click', () => action());
   const show = perFrame(() => {
-    const estimators = store.catalogue.value?.estimators ?? [];
+    const further = store.overlays.value.map((variant) => ({ name: overlayRun(variant), title: plain(variant) }));
+    const estimators = [...(store.catalogue.value?.estimators ?? []), ...further];
     const running = estimators.filter((e) => store.run(e.name).value.running);
     const stopped = estimators.filter((e) => store.run(e.name).value.isStopped && !store.run(e.name).value.reply);
     const work = store.work.value;
@@ -61,6 +63,14 @@ export function statusLine(store: Store, session: Session): HTMLElement {
   });
   store.work.on(show);
   store.isRestHeld.on(show);
+  const followed = new Set<string>();
+  store.overlays.on((now) => {
+    for (const variant of now.filter((v) => !followed.has(v))) {
+      followed.add(variant);
+      store.run(overlayRun(variant)).on(show);
+    }
+    show();
+  });
   store.catalogue.on(() => {
     for (const e of store.catalogue.value?.estimators ?? []) store.run(e.name).on(show);
     show();

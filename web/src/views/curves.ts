@@ -1,13 +1,15 @@
 /** What the lanes of a view show, and whether the open drive has it. */
 
 import type { CurveStyle } from '../plot/time-plot';
-import type { Store } from '../state';
+import { estimatorOf, type Store } from '../state';
 import type { Quantity } from '../units';
 
 /** A curve of a lane. */
 export interface CurveSpec {
   id: string;
   label: string;
+  /** What the legend calls it instead, where that depends on what is tuned. */
+  name?: (store: Store) => string;
   /** `drive`, `truth`, or an estimator's name with the result meant. */
   source: 'drive' | 'truth' | { estimator: string; which: 'current' | 'previous' };
   column: string;
@@ -40,7 +42,7 @@ export function sourceOf(store: Store, curve: CurveSpec): string | null {
   if (!report) return null;
   if (source === 'truth') return report.truth.includes(column) ? 'truth' : null;
   if (source === 'drive') return report.channels.some((c) => c.columns.includes(column)) ? 'drive' : null;
-  const info = store.catalogue.value?.estimators.find((e) => e.name === source.estimator);
+  const info = store.catalogue.value?.estimators.find((e) => e.name === estimatorOf(source.estimator));
   if (!info?.columns.some((c) => c.name === column)) return null;
   const { reply, running } = store.run(source.estimator).value;
   if (source.which === 'previous') return reply?.previous ? `${source.estimator}:previous` : null;

@@ -18,8 +18,8 @@ export interface HeaderActions {
 
 let nextId = 0;
 
-/** A button with a panel that opens under it and closes by Escape or a click elsewhere. */
-function menu(label: string, content: HTMLElement): HTMLElement {
+/** A button with a panel that opens under it and closes by Escape or a click elsewhere; one of a given `width`, px, opens to the right. */
+export function menu(label: string, content: HTMLElement, width?: number): HTMLElement {
   const id = `menu-${nextId++}`;
   content.id = id;
   content.classList.add('menu');
@@ -28,7 +28,8 @@ function menu(label: string, content: HTMLElement): HTMLElement {
   content.addEventListener('beforetoggle', () => {
     const box = button.getBoundingClientRect();
     content.style.top = `${box.bottom + 4}px`;
-    content.style.right = `${Math.max(8, document.documentElement.clientWidth - box.right)}px`;
+    if (width !== undefined) content.style.left = `max(8px, min(${box.left}px, 100vw - ${width + 8}px))`;
+    else content.style.right = `${Math.max(8, document.documentElement.clientWidth - box.right)}px`;
   });
   return h('div.menu-holder', {}, button, content);
 }

@@ -14,6 +14,7 @@ import { type CurveSpec, type LaneSpec, sourceOf } from './curves';
 interface Entry {
   curve: CurveSpec;
   button: HTMLButtonElement;
+  name: HTMLElement;
   value: HTMLElement;
   /** Whether the view lets this curve be chosen at all. */
   isOffered: boolean;
@@ -70,23 +71,25 @@ export class Lane {
   /** What is drawn last comes first: the estimate, its band, then the rest. */
   #legendOrder(): HTMLElement[] {
     const order = ['estimate', 'second', 'truth', 'threshold', 'ghost', 'raw'];
-    const rank = (e: Entry): number => order.indexOf(e.curve.style.colour);
+    // Variants of the estimate come right after it.
+    const rank = ({ curve: { style } }: Entry): number => (style.colour.startsWith('v-') ? 0.5 : order.indexOf(style.colour));
     const buttons: HTMLElement[] = [...this.#entries].sort((a, b) => rank(a) - rank(b)).map((e) => e.button);
     if (this.#bandButton) buttons.splice(1, 0, this.#bandButton);
     return buttons;
   }
 
   #entry(curve: CurveSpec): Entry {
+    const name = h('span', {}, curve.label);
     const value = h('span.value');
-    const swatch = h('span.swatch', { 'data-colour': curve.style.colour, 'data-dashed': curve.style.dash ? true : undefined });
-    const button = h('button.legend-entry', { type: 'button', 'aria-pressed': String(curve.isOn) }, swatch, h('span', {}, curve.label), value);
+    const swatch = h('span.swatch', { 'data-colour': curve.style.colour, 'data-dashed': curve.style.dash?.length ? true : undefined });
+    const button = h('button.legend-entry', { type: 'button', 'aria-pressed': String(curve.isOn) }, swatch, name, value);
     button.title = t.curves.show(curve.label);
     button.addEventListener('click', () => {
       curve.isOn = !curve.isOn;
       button.setAttribute('aria-pressed', String(curve.isOn));
       this.onToggle();
     });
-    return { curve, button, value, isOffered: true };
+    return { curve, button, name, value, isOffered: true };
   }
 
   #band(): HTMLButtonElement {
@@ -118,6 +121,7 @@ export class Lane {
   updateLegend(): void {
     for (const entry of this.#entries) {
       entry.button.hidden = !entry.isOffered || sourceOf(this.#store, entry.curve) === null;
+      if (entry.curve.name) entry.name.textContent = entry.curve.name(this.#store);
     }
     const hasBand = this.#entries.some((e) => e.curve.sigma && !e.button.hidden);
     if (this.#bandButton) this.#bandButton.hidden = !hasBand;

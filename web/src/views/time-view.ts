@@ -3,7 +3,7 @@
 import { h } from '../dom';
 import { t } from '../messages';
 import type { Session } from '../session';
-import { isRunnable, type Store, trouble } from '../state';
+import { estimatorOf, isRunnable, type Store, trouble } from '../state';
 import { latest } from '../worker/rpc';
 import { type CurveSpec, estimatorsOf, type LaneSpec } from './curves';
 import { Lane } from './lane';
@@ -86,13 +86,15 @@ export class TimeView {
 
   #updateNote(): void {
     const report = this.store.report.value;
-    const titles = (name: string): string => this.store.catalogue.value?.estimators.find((e) => e.name === name)?.title ?? name;
+    const titles = (name: string): string => this.store.catalogue.value?.estimators.find((e) => e.name === estimatorOf(name))?.title ?? name;
     const sentences = this.#estimators.flatMap((name) => {
       const { error, reply, running } = this.store.run(name).value;
+      // A further run is there only if someone asked for it.
+      const isFurther = estimatorOf(name) !== name;
       if (error) return [t.errors.runFailed(titles(name), error)];
       const worst = trouble(this.store.run(name).value);
       if (worst) return [t.views.trouble(titles(name), worst.text, worst.count.toLocaleString('en'))];
-      if (reply || running || !report || isRunnable(report, name)) return [];
+      if (isFurther || reply || running || !report || isRunnable(report, name)) return [];
       const missing = report.estimators.find((e) => e.name === name)?.missing.filter((n) => n.required) ?? [];
       return [t.views.notRunnable(titles(name), missing.map((n) => n.label).join(', '))];
     });

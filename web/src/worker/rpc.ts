@@ -1,5 +1,6 @@
 /** The typed conversation between the page and its worker. */
 
+import type { CompassOperations } from '../compass/door';
 import type { Catalogue, Comparison, DriveReport, ParamValue, Progress, RunReport } from '../door';
 
 export type OpenRequest =
@@ -26,7 +27,7 @@ export interface RunReply {
 }
 
 /** Every operation: what it takes and what it gives. */
-export interface Operations {
+export interface Operations extends CompassOperations {
   catalogue: { takes: Record<string, never>; gives: Catalogue };
   open: { takes: OpenRequest; gives: DriveReport };
   run: { takes: { estimator: string; params: Record<string, ParamValue>; vehicle: string | null }; gives: RunReply };
@@ -34,6 +35,8 @@ export interface Operations {
   sketch: { takes: { name: string }; gives: Float64Array };
   /** JSON of a built-in drive. */
   description: { takes: { name: string }; gives: string };
+  /** Forget a further run, `orientation@triad`. */
+  forget_run: { takes: { name: string }; gives: null };
   keep_previous: { takes: { estimator: string; keep: boolean }; gives: null };
   drop_previous: { takes: { estimator: string }; gives: null };
   grid: { takes: { items: GridItem[]; t0: number; t1: number; buckets: number }; gives: GridReply };

@@ -225,8 +225,12 @@ const answers: {
     return [flat, [flat.buffer]];
   },
   description: (door, { name }) => [door.description(name), []],
+  forget_run: (door, { name }) => [(door.forget_run(name), null), []],
   keep_previous: (door, { estimator, keep }) => [(door.keep_previous(estimator, keep), null), []],
   drop_previous: (door, { estimator }) => [(door.drop_previous(estimator), null), []],
+  compass: (door, { year, latitude, longitude, withField }) => [door.compass(year, latitude, longitude, withField), []],
+  compass_apply: (door, { calibration, mountYaw, clock }) => [(door.compass_apply(Float64Array.from([...calibration.offset, ...calibration.distortion]), calibration.kind === 'planar', mountYaw, clock), null), []],
+  compass_undo: (door) => [(door.compass_undo(), null), []],
   grid: (door, { items, t0, t1, buckets }) => {
     const times = door.grid_times(t0, t1, buckets);
     const columns = items.map((i) => door.grid(i.source, i.column, t0, t1, buckets, i.step));

@@ -2,6 +2,7 @@
 
 use drivescope_drive::channel::{Channel, OutOfOrder, Series};
 use drivescope_drive::drive::Drive;
+use drivescope_drive::select::median;
 use nalgebra::Vector3;
 
 use super::course::{
@@ -196,12 +197,13 @@ fn warning(examination: &Examination, readings: &[Vector3<f64>], strength: f64) 
             )
         });
     }
-    let off = readings.iter().map(|m| (m.norm() / strength - 1.0).powi(2)).filter(|v| v.is_finite());
-    let (sum, count) = off.fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
-    let percent = 100.0 * (sum / count).sqrt();
+    // The median: iron beside the road is not the car's.
+    let mut off: Vec<f64> =
+        readings.iter().map(|m| (m.norm() / strength - 1.0).abs()).filter(|v| v.is_finite()).collect();
+    let percent = 100.0 * median(&mut off);
     (percent > 100.0 * LARGEST_DEVIATION).then(|| {
         format!(
-            "The magnetometer needs calibrating: what it measures differs by {percent:.0} % (root mean square) from the \
+            "The magnetometer needs calibrating: what it measures differs by {percent:.0} % (median) from the \
              Earth's {strength:.1} uT."
         )
     })

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use drivescope_drive::select::median;
 use nalgebra::{Matrix3, Vector3};
 
 use super::Kind;
@@ -132,12 +133,8 @@ pub(super) const GAIN_HIGH: f64 = 2.5;
 pub(super) fn noise(readings: &[Vector3<f64>]) -> f64 {
     let mut bends: Vec<f64> =
         readings.windows(3).map(|w| (w[0] - w[1] * 2.0 + w[2]).norm_squared()).filter(|b| b.is_finite()).collect();
-    if bends.is_empty() {
-        return f64::NAN;
-    }
-    let middle = bends.len() / 2;
     // Three axes, each of variance 6 sigma^2: the median of chi-square with 3 degrees of freedom is 2.366.
-    (*bends.select_nth_unstable_by(middle, f64::total_cmp).1 / (6.0 * 2.366)).sqrt()
+    (median(&mut bends) / (6.0 * 2.366)).sqrt()
 }
 
 /// Smallest over largest standard deviation of the readings along any direction.

@@ -1,5 +1,6 @@
 //! The refinement: Levenberg-Marquardt on the scalar measurement, weighted, robust against disturbed readings.
 
+use drivescope_drive::select::median;
 use nalgebra::Vector3;
 
 use super::Kind;
@@ -95,8 +96,7 @@ impl Problem<'_> {
     fn weights(&self, x: &State) -> Vec<f64> {
         let off: Vec<f64> = self.deviations(x).zip(self.strength).map(|(d, s)| d / (2.0 * s)).collect();
         let mut sorted: Vec<f64> = off.iter().map(|e| e.abs()).collect();
-        let middle = sorted.len() / 2;
-        let scale = 1.4826 * *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let scale = 1.4826 * median(&mut sorted);
         let limit = HUBER * scale.max(self.noise);
         let (shape, offset) = (shape(x), Vector3::new(x[0], x[1], x[2]));
         let (_, floor) = scalar_noise(&shape, &Vector3::zeros(), self.noise);
