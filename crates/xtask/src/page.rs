@@ -26,8 +26,11 @@ pub const CORE: Module = Module { package: "drivescope-wasm", stem: "drivescope_
 /// What the page loads when the gallery of papers is opened.
 pub const GALLERY: Module =
     Module { package: "drivescope-gallery", stem: "drivescope_gallery", folder: "crates/gallery" };
+/// What the page loads to read files.
+pub const READERS: Module =
+    Module { package: "drivescope-readers", stem: "drivescope_readers", folder: "crates/readers" };
 /// All modules of the page.
-pub const MODULES: [&Module; 2] = [&CORE, &GALLERY];
+pub const MODULES: [&Module; 3] = [&CORE, &GALLERY, &READERS];
 
 /// Build everything that the page needs into `web/dist` and print sizes.
 ///
@@ -75,21 +78,26 @@ pub fn modules(place: &Place) -> Result<()> {
     remember(&stamp, &input)
 }
 
-/// Compile modules in release, what they share once, and say where the files are.
+/// Compile modules in release and say where the files are.
 ///
 /// # Errors
 ///
 /// The target is missing and cannot be added, or a crate does not compile.
 pub fn compile(place: &Place, modules: &[&Module], arguments: &[&str]) -> Result<Vec<PathBuf>> {
     ensure_wasm_target(place)?;
-    let mut command = place.cargo();
-    command.env_remove("RUSTFLAGS").env_remove("CARGO_ENCODED_RUSTFLAGS");
-    command.args(["build", "--release", "--target", WASM, "--config", &remap_config(place)?]).args(arguments);
+    let remap = remap_config(place)?;
     for module in modules {
         eprintln!("    compiling {} for {WASM}", module.package);
-        command.args(["--package", module.package]);
+        // One by one: built together they would share their features, and the core would hold what only the gallery needs.
+        process::succeeds(
+            place
+                .cargo()
+                .env_remove("RUSTFLAGS")
+                .env_remove("CARGO_ENCODED_RUSTFLAGS")
+                .args(["build", "--release", "--target", WASM, "--package", module.package, "--config", &remap])
+                .args(arguments),
+        )?;
     }
-    process::succeeds(&mut command)?;
     let release = place.target.join(WASM).join("release");
     Ok(modules.iter().map(|module| release.join(format!("{}.wasm", module.stem))).collect())
 }

@@ -143,6 +143,8 @@ fn lints(place: &Place) -> Result<Tally> {
             page::CORE.package,
             "--package",
             page::GALLERY.package,
+            "--package",
+            page::READERS.package,
             "--all-features",
             "--target",
             WASM,
