@@ -22,7 +22,7 @@ struct OnDemand {
 
 /// What is loaded when the gallery of papers is opened, and when the first file is dropped or the page is idle.
 const ON_DEMAND: [OnDemand; 2] =
-    [OnDemand { mark: "gallery", budget: 330_000 }, OnDemand { mark: "readers", budget: 200_000 }];
+    [OnDemand { mark: "gallery", budget: 430_000 }, OnDemand { mark: "readers", budget: 200_000 }];
 
 /// Gzipped bytes of the built page.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
