@@ -115,7 +115,7 @@ impl Iterator for Parts {
         for (name, series) in self.series.by_ref() {
             // The schema of truth says which signals are known, whether or not they have a value.
             let is_truth = name == PARTS[TRUTH];
-            if series.is_empty() && !(is_truth && !series.schema().is_empty()) {
+            if series.is_empty() && (!is_truth || series.schema().is_empty()) {
                 continue;
             }
             let (time, schema, columns) = series.into_columns();
