@@ -34,8 +34,11 @@ fn read(reader: &mut Reader, files: Vec<File>, mapping: Option<&str>) -> Result<
     unreachable!()
 }
 
+/// Name, columns' names, times and columns.
+type Part = (String, Vec<String>, Vec<f64>, Vec<Vec<f64>>);
+
 /// All parts: name, names of columns, times, columns.
-fn parts(reader: &mut Reader) -> Vec<(String, Vec<String>, Vec<f64>, Vec<Vec<f64>>)> {
+fn parts(reader: &mut Reader) -> Vec<Part> {
     let strings = |a: JsValue| a.unchecked_into::<Array>().iter().map(|s| s.as_string().unwrap()).collect();
     let numbers = |a: JsValue| a.unchecked_into::<Float64Array>().to_vec();
     std::iter::from_fn(|| reader.next_part())
