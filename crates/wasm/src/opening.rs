@@ -1,13 +1,12 @@
 //! Opening a drive in steps: a simulation, or the parts of what the readers' module has read. The open drive stays until
 //! this has succeeded.
 
+use drivescope_door::{Progress, sentence};
 use drivescope_drive::drive::Drive;
 use drivescope_drive::parts::{Assembly, Head};
 use drivescope_simulation::Simulation;
 use js_sys::Float64Array;
 use wasm_bindgen::prelude::*;
-
-use crate::reports::{Progress, sentence};
 
 /// Seconds simulated at a time.
 const SIMULATED: f64 = 5.0;

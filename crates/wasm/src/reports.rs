@@ -1,5 +1,6 @@
 //! What crosses the door as plain objects.
 
+use drivescope_door::plain;
 use drivescope_drive::channel::Column;
 use drivescope_drive::drive::Drive;
 use drivescope_drive::param::ParamSpec;
@@ -11,29 +12,6 @@ use js_sys::Reflect;
 use serde::Serialize;
 use serde_json::Value;
 use wasm_bindgen::prelude::*;
-
-/// An error whose message is the sentence for the user.
-pub fn sentence(error: impl std::fmt::Display) -> JsError {
-    JsError::new(&error.to_string())
-}
-
-/// A plain object: maps become objects, no number becomes a BigInt.
-pub fn plain(value: &impl Serialize) -> Result<JsValue, JsError> {
-    value.serialize(&serde_wasm_bindgen::Serializer::json_compatible()).map_err(sentence)
-}
-
-/// How far a piece of long work has come.
-#[derive(Serialize)]
-pub struct Progress {
-    /// Whether it has finished.
-    pub done: bool,
-    /// Share done, 0 to 1.
-    pub fraction: f64,
-    /// What is being done.
-    pub stage: &'static str,
-    /// Rows or samples so far.
-    pub rows: usize,
-}
 
 /// Everything the page can offer.
 #[derive(Serialize)]

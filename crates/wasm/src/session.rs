@@ -1,5 +1,6 @@
 //! The calls of JavaScript.
 
+use drivescope_door::{Progress, plain, sentence};
 use drivescope_drive::channel::Series;
 use drivescope_drive::csv::{write_drive, write_series};
 use drivescope_drive::decimate::{Grid, sample_rows, visible_gap};
@@ -14,7 +15,7 @@ use serde_json::Value;
 use wasm_bindgen::prelude::*;
 
 use crate::opening::{Opened, Opening, Step};
-use crate::reports::{Catalogue, DriveReport, Progress, plain, sentence};
+use crate::reports::{Catalogue, DriveReport};
 use crate::runs::{Slot, Slots, estimator_of};
 
 /// Epochs stepped between two looks at the clock.
