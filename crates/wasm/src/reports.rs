@@ -13,12 +13,11 @@ use serde::Serialize;
 use serde_json::Value;
 use wasm_bindgen::prelude::*;
 
-/// Everything the page can offer.
+/// What the core can offer.
 #[derive(Serialize)]
 pub struct Catalogue {
     version: &'static str,
     estimators: Vec<EstimatorEntry>,
-    drives: Vec<DriveEntry>,
     vehicles: Vec<VehicleEntry>,
 }
 
@@ -39,14 +38,6 @@ pub struct NeedEntry {
     label: &'static str,
     required: bool,
     why: &'static str,
-}
-
-#[derive(Serialize)]
-struct DriveEntry {
-    name: &'static str,
-    title: &'static str,
-    doc: &'static str,
-    duration: f64,
 }
 
 #[derive(Serialize)]
@@ -79,14 +70,9 @@ impl From<&EstimatorInfo> for EstimatorEntry {
 impl Catalogue {
     /// The catalogue of this build.
     pub fn new() -> Self {
-        let drives = drivescope_simulation::drives();
         Self {
             version: env!("CARGO_PKG_VERSION"),
             estimators: ESTIMATORS.iter().map(EstimatorEntry::from).collect(),
-            drives: drives
-                .iter()
-                .map(|d| DriveEntry { name: d.name, title: d.title, doc: d.doc, duration: d.duration_hint })
-                .collect(),
             vehicles: PRESETS.iter().map(|p| VehicleEntry { name: p.name, doc: p.doc }).collect(),
         }
     }
