@@ -27,6 +27,8 @@ export class TimeView {
   #note = h('p.view-note', { hidden: true });
   #table: TablePanel;
   #estimators: string[];
+  /** Lets go of the estimators; null while the view is not shown. */
+  #release: (() => void) | null;
   /** Ask for what is visible, once more if it changes meanwhile. */
   readonly refresh: () => void;
   readonly #readCursor: () => void;
@@ -51,6 +53,21 @@ export class TimeView {
       lane.onSize = this.refresh;
     }
     this.#follow();
+    this.#release = this.#want();
+  }
+
+  #want(): () => void {
+    // A further run is there only if someone asked for it.
+    return this.store.want(this.#estimators.filter((name) => estimatorOf(name) === name));
+  }
+
+  /** Show or hide the view; the estimators that only hidden views need are not run. */
+  setShown(isShown: boolean): void {
+    this.element.hidden = !isShown;
+    if (isShown === (this.#release !== null)) return;
+    this.#release?.();
+    this.#release = isShown ? this.#want() : null;
+    if (isShown) this.changed();
   }
 
   #follow(): void {
@@ -112,7 +129,7 @@ export class TimeView {
 
   async #load(): Promise<void> {
     const report = this.store.report.value;
-    if (!report) return;
+    if (!report || this.element.hidden) return;
     const { t0, t1 } = this.store.window.value;
     const buckets = Math.max(...this.lanes.map((l) => l.pixels), 50);
     const perLane = this.lanes.map((lane) => lane.items());
@@ -131,7 +148,7 @@ export class TimeView {
   }
 
   async #loadCursor(): Promise<void> {
-    if (!this.store.report.value) return;
+    if (!this.store.report.value || this.element.hidden) return;
     const shown = this.lanes.map((lane) => lane.shown());
     const items = shown.flat().flatMap(({ curve, source }) => [
       { source, column: curve.column },
