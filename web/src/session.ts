@@ -36,6 +36,9 @@ export class Session {
     });
     store.tuning.on((tuning) => this.#retune(tuning));
     store.overlays.on((now, before) => this.#overlay(now, before));
+    store.wanted.on((now, before) => {
+      for (const name of now) if (!before.includes(name)) this.#request(name);
+    });
   }
 
   /** Open a drive and estimate it; what is open stays until that has succeeded. True if it has. */
@@ -77,11 +80,10 @@ export class Session {
     }
   }
 
-  /** Run every estimator that can run; then open the rest of a drive of which only the beginning is there. */
+  /** Run every wanted estimator that can run; then open the rest of a drive of which only the beginning is there. */
   async runAll(): Promise<void> {
     this.#store.isRestHeld.value = false;
-    const estimators = (this.#store.catalogue.value?.estimators ?? []).map((e) => e.name);
-    const names = [...estimators, ...this.#store.overlays.value.map(overlayRun)];
+    const names = [...this.#store.wanted.value, ...this.#store.overlays.value.map(overlayRun)];
     for (const name of names) this.#request(name);
     const drive = this.#store.report.value;
     await Promise.all(names.map((name) => new Promise<void>((resolve) => this.#whenIdle(name, resolve))));

@@ -1,6 +1,7 @@
 /** Everything the page knows, in one place; views listen to the parts they show. */
 
 import type { Catalogue, DriveReport, Progress } from './door';
+import type { RoomName } from './room-names';
 import { Signal } from './signal';
 import { type Tuning, UNTUNED } from './tuning';
 import { DEFAULT_DISPLAY, type Display } from './units';
@@ -72,10 +73,20 @@ export class Store {
   readonly display = new Signal<Display>(DEFAULT_DISPLAY);
   readonly theme = new Signal<'auto' | 'light' | 'dark'>('auto');
   readonly tuning = new Signal<Tuning>(UNTUNED);
+  readonly room = new Signal<RoomName>('overview');
   readonly estimator = new Signal<string>('orientation');
+  /** The estimators that are run: those of the rooms that have been entered. */
+  readonly wanted = new Signal<readonly string[]>([]);
   /** Variants of orientation that are drawn with the one that is tuned. */
   readonly overlays = new Signal<readonly string[]>([]);
   #runs = new Map<string, Signal<RunState>>();
+
+  /** Have estimators run, here and on every drive that is opened from now on. */
+  want(estimators: readonly string[]): void {
+    const { value } = this.wanted;
+    const more = estimators.filter((name) => !value.includes(name));
+    if (more.length > 0) this.wanted.value = [...value, ...more];
+  }
 
   /** The runs of an estimator. */
   run(estimator: string): Signal<RunState> {

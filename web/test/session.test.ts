@@ -7,7 +7,7 @@ import type { FromWorker, Request, ToWorker } from '../src/worker/rpc';
 
 const REPORT: DriveReport = {
   name: 'a', kind: 'simulated', start: 0, end: 10, channels: [], truth: [], has_vehicle: true, import: null,
-  estimators: [{ name: 'slope', runnable: true, missing: [] }],
+  estimators: ['slope', 'land_ins'].map((name) => ({ name, runnable: true, missing: [] })),
 };
 const ESTIMATOR = { name: 'slope', title: '', doc: '', vehicle: '', needs: [], params: [], columns: [] };
 
@@ -39,6 +39,7 @@ let session: Session;
 beforeEach(async () => {
   worker = new FakeWorker();
   store = new Store();
+  store.want(['slope']);
   session = new Session(store, worker as unknown as Worker);
   store.catalogue.value = { version: '', estimators: [ESTIMATOR], drives: [], vehicles: [] };
   const opened = session.open({ kind: 'simulation', name: 'a', seed: null, first: null, composed: null }, 'a');
@@ -123,4 +124,14 @@ test('during a drag everything is compared with what was before it', async () =>
   await finish(0.1);
   await new Promise((resolve) => setTimeout(resolve, 5));
   expect(worker.asked('keep_previous').at(-1)?.args).toEqual({ estimator: 'slope', keep: false });
+});
+
+test('an estimator that no room has asked for is not run, and then at once and once', async () => {
+  const asked = (): unknown[] => worker.asked('run').map((r) => (r.args as { estimator: string }).estimator);
+  const all = session.runAll();
+  await finish(0.1);
+  await all;
+  expect(asked()).toEqual(['slope']);
+  store.want(['land_ins', 'slope']);
+  expect(asked()).toEqual(['slope', 'land_ins']);
 });
