@@ -1,6 +1,7 @@
 /** Everything the page knows, in one place; views listen to the parts they show. */
 
 import type { Catalogue, DriveReport, Progress } from './door';
+import type { RoomName } from './room-names';
 import { Signal } from './signal';
 import { type Tuning, UNTUNED } from './tuning';
 import { DEFAULT_DISPLAY, type Display } from './units';
@@ -72,6 +73,7 @@ export class Store {
   readonly display = new Signal<Display>(DEFAULT_DISPLAY);
   readonly theme = new Signal<'auto' | 'light' | 'dark'>('auto');
   readonly tuning = new Signal<Tuning>(UNTUNED);
+  readonly room = new Signal<RoomName>('overview');
   readonly estimator = new Signal<string>('orientation');
   /** Estimators that what is shown needs, each as often as something needs it; see `want`. */
   readonly wanted = new Signal<readonly string[]>([]);

@@ -28,6 +28,18 @@ pub struct EstimatorInfo {
     pub columns: &'static [Column],
 }
 
+impl EstimatorInfo {
+    /// The signals it reads that a drive does not have.
+    pub fn missing(&self, drive: &Drive) -> impl Iterator<Item = &'static Need> {
+        self.needs.iter().filter(|n| !drive.has(n.signal))
+    }
+
+    /// Whether a drive has every signal that it cannot do without.
+    pub fn can_run(&self, drive: &Drive) -> bool {
+        self.missing(drive).all(|n| !n.required)
+    }
+}
+
 const fn info<E: Estimator>() -> EstimatorInfo {
     EstimatorInfo {
         name: E::NAME,

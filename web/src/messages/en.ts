@@ -1,11 +1,14 @@
 /** English. Texts that the core writes (parameter descriptions, errors) come from there and are shown as they are. */
 
+import type { RoomName } from '../room-names';
 import { compass, gate, variants } from './magnetic';
+import { road } from './road';
 
 export const en = {
   variants,
   gate,
   compass,
+  road,
   name: 'Drivescope',
   header: {
     drive: 'Drive',
@@ -112,6 +115,15 @@ export const en = {
   drop: {
     title: 'Drop to open',
     hint: 'A CSV log, alone or with its mapping (JSON) and its raw GNSS (CSV), or a drive to simulate (JSON). Nothing leaves this computer.',
+  },
+  rooms: {
+    label: 'Rooms',
+    names: { overview: 'Overview', road: 'Road and forces' } satisfies Record<RoomName, string>,
+    about: {
+      overview: 'Attitude, slope and motion mode',
+      road: 'Slope, grade, body pitch, longitudinal acceleration and tyre forces',
+    } satisfies Record<RoomName, string>,
+    failed: (name: string) => `The room ${name} could not be loaded. Check the network and choose it again.`,
   },
   views: {
     attitude: 'Attitude',
@@ -310,7 +322,9 @@ export const en = {
       ['+ −', 'zoom in or out about the cursor'],
       ['0', 'show the whole drive'],
       ['[ ]', 'move what is shown'],
-      ['1 2 3 4', 'go to attitude, slope, mode, trajectory'],
+      ['1 2 3', 'go to a view of the room that is open, from top to bottom'],
+      ['4', 'go to the trajectory'],
+      ['V', 'the next room: overview, road, …'],
       ['P', 'go to the parameters'],
       ['Ctrl+Z, Ctrl+Shift+Z', 'undo or redo a parameter'],
       ['D', 'choose a built-in drive'],

@@ -60,7 +60,7 @@ export class TrajectoryView {
     const fit = iconButton('fit', t.views.fit, () => this.#map.fit());
     const header = h('header.view-header', {}, h('h2', { title: t.views.focus(t.views.trajectory, '4') }, t.views.trajectory), h('span.spacer'), fit, this.#table.button);
     this.#host.append(this.#readout, this.#note);
-    this.element = h('section.view.trajectory', { tabindex: '-1', 'aria-label': t.views.trajectory, 'data-view': '4' }, header, legend, h('div.view-body', {}, this.#host, this.#table.element));
+    this.element = h('section.view.trajectory', { tabindex: '-1', 'aria-label': t.views.trajectory, 'data-view': '4', 'data-key': '4' }, header, legend, h('div.view-body', {}, this.#host, this.#table.element));
     this.#map = new MapPlot(this.#host);
     this.#listen();
     this.#follow();
