@@ -335,7 +335,7 @@ mod tests {
         run.blind(Blindfold { sensor: Sensor::Gnss, windows: windows.clone() });
         while !run.advance(&drive, 10_000).unwrap() {}
         let drifts = drift(run.series(), &drive, None, &windows);
-        for (drift, expected) in drifts.iter().zip([0.61, 0.56, 0.71, 1.14]) {
+        for (drift, expected) in drifts.iter().zip([0.41, 0.55, 0.71, 1.14]) {
             println!("{drift:.3?}");
             assert!(drift.largest < 1.2 && (drift.largest - expected).abs() < 0.05, "{drift:?}");
             assert_eq!(drift.at.iter().map(|a| a.after).collect::<Vec<_>>(), [10.0, 30.0, 60.0]);
@@ -344,6 +344,21 @@ mod tests {
             assert!(end.distance <= drift.largest);
         }
         assert_eq!(drifts.len(), 4);
+    }
+
+    /// Catches a second blindfold that takes the place of the first: without wheels a minute costs far more than with them.
+    #[test]
+    fn two_sensors_can_be_blind_at_once() {
+        let Some(drive) = navigation_case("urban") else { return };
+        let windows = vec![(220.0, 280.0)];
+        let largest = |sensors: &[Sensor]| {
+            let mut run = AnyRun::new("gnss_ins", &drive, &params(&drive), None).unwrap();
+            sensors.iter().for_each(|&sensor| run.blind(Blindfold { sensor, windows: windows.clone() }));
+            while !run.advance(&drive, usize::MAX).unwrap() {}
+            drift(run.series(), &drive, None, &windows)[0].largest
+        };
+        let (gnss, both) = (largest(&[Sensor::Gnss]), largest(&[Sensor::Gnss, Sensor::Odometer]));
+        assert!(both > 3.0 * gnss && both == largest(&[Sensor::Odometer, Sensor::Gnss]), "{gnss} m, {both} m");
     }
 
     /// Without truth the run that saw everything takes its place: the drift is then that against the unblinded filter, and at least
