@@ -17,6 +17,7 @@ import type { Trial } from './gallery/door';
 import type { Gallery } from './gallery/gallery';
 import { listenToKeys } from './keys';
 import { t } from './messages';
+import { FaultSwitch } from './navigation/fault-switch';
 import { ReportPanel } from './panel/report';
 import { errorBanner, statusLine } from './panel/status';
 import { TunePanel } from './panel/tune';
@@ -57,12 +58,14 @@ const report = new ReportPanel(store);
 const help = helpDialog(store);
 const drives = new DriveDialog(store, session, (name, seed) => void openBuiltIn(name, seed));
 const side = sidePanel();
+const faults = new FaultSwitch(store, session);
 const rooms = new Rooms(store, {
   overview: () => ({
     elements: [...views.map((v) => v.element), mode.element],
     pictures: () => [...views, mode].map((v, i) => [['attitude', 'slope', 'mode'][i] ?? '', v.canvases()]),
   }),
   road: async () => (await import('./views/road')).roadRoom(store, session),
+  navigation: async () => (await import('./navigation/room')).navigationRoom(store, session, faults),
 });
 
 async function openBuiltIn(name: string, seed: number | null = null): Promise<void> {
@@ -149,6 +152,7 @@ document.querySelector('#app')?.replaceWith(
     {},
     bar.element,
     errorBanner(store),
+    faults.sign,
     h('main', {}, rooms.element, h('div.side-column', {}, trajectory.element, side.element)),
     transport.element,
     dropTarget((files) => void openDropped(files)),

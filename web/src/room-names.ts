@@ -4,6 +4,7 @@
 export const ROOMS = {
   overview: ['orientation', 'slope', 'motion_mode', 'gnss_ins'],
   road: ['slope'],
+  navigation: ['gnss_ins', 'gnss', 'attitude'],
 } as const satisfies Record<string, readonly string[]>;
 
 export type RoomName = keyof typeof ROOMS;

@@ -1,6 +1,7 @@
 /** Everything the page knows, in one place; views listen to the parts they show. */
 
 import type { Catalogue, DriveReport, Progress } from './door';
+import type { Fault } from './navigation/door';
 import type { RoomName } from './room-names';
 import { Signal } from './signal';
 import { type Tuning, UNTUNED } from './tuning';
@@ -79,6 +80,8 @@ export class Store {
   readonly wanted = new Signal<readonly string[]>([]);
   /** Variants of orientation that are drawn with the one that is tuned. */
   readonly overlays = new Signal<readonly string[]>([]);
+  /** Faults in the open drive. */
+  readonly faults = new Signal<readonly Fault[]>([]);
   #runs = new Map<string, Signal<RunState>>();
 
   /** Something is shown that needs these estimators: they are run for every drive, until what is returned is called. */

@@ -2,6 +2,7 @@
 
 import type { RoomName } from '../room-names';
 import { compass, gate, variants } from './magnetic';
+import { navigation } from './navigation';
 import { road } from './road';
 
 export const en = {
@@ -9,6 +10,7 @@ export const en = {
   gate,
   compass,
   road,
+  navigation,
   name: 'Drivescope',
   header: {
     drive: 'Drive',
@@ -118,10 +120,11 @@ export const en = {
   },
   rooms: {
     label: 'Rooms',
-    names: { overview: 'Overview', road: 'Road and forces' } satisfies Record<RoomName, string>,
+    names: { overview: 'Overview', road: 'Road and forces', navigation: 'Navigation' } satisfies Record<RoomName, string>,
     about: {
       overview: 'Attitude, slope and motion mode',
       road: 'Slope, grade, body pitch, longitudinal acceleration and tyre forces',
+      navigation: 'Position errors and their sigmas, sensors blinded, faults put in, what each measurement was worth',
     } satisfies Record<RoomName, string>,
     failed: (name: string) => `The room ${name} could not be loaded. Check the network and choose it again.`,
   },
@@ -185,6 +188,10 @@ export const en = {
     eastColumn: 'east',
     sigma: (value: string) => `±${value} m (3σ)`,
     outage: (seconds: string) => `no GNSS ${seconds} s`,
+    smoothed: 'smoothed',
+    blinded: 'blinded',
+    rejected: 'refused fixes',
+    ellipses: '3σ ellipses',
     readout: (north: string, east: string) => `N ${north} m  E ${east} m`,
   },
   transport: {

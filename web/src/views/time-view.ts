@@ -40,7 +40,7 @@ export class TimeView {
     this.title = options.title;
     this.#estimators = estimatorsOf(options.lanes);
     const last = options.lanes.length - 1;
-    this.lanes = options.lanes.map((spec, i) => new Lane(store, spec, i === last));
+    this.lanes = options.lanes.map((spec, i) => new Lane(store, spec, spec.hasTimeAxis ?? i === last));
     this.#table = new TablePanel(store, session, options.title, () => this.#tableColumns());
     const label = t.views.focus(options.title, options.key);
     const header = h('header.view-header', {}, h('h2', { title: label }, options.title), ...(options.controls ?? []), h('span.spacer'), this.#table.button);
