@@ -7,6 +7,7 @@ export interface KeyActions {
   openDialog(): void;
   chooseDrive(): void;
   showPapers(): void;
+  showLoops(): void;
   showHelp(): void;
   nextRoom(): void;
   focusView(key: string): void;
@@ -66,6 +67,7 @@ export function listenToKeys(store: Store, actions: KeyActions): void {
     p: () => actions.focusParams(),
     d: () => actions.chooseDrive(),
     g: () => actions.showPapers(),
+    c: () => actions.showLoops(),
     o: () => actions.openDialog(),
     '?': () => actions.showHelp(),
     Escape: () => {

@@ -15,6 +15,7 @@ import type { ParamValue } from './door';
 import { dropTarget, openFiles } from './files';
 import type { Trial } from './gallery/door';
 import type { Gallery } from './gallery/gallery';
+import type { Loops } from './loops/gallery-loops';
 import { listenToKeys } from './keys';
 import { t } from './messages';
 import { ReportPanel } from './panel/report';
@@ -108,6 +109,23 @@ async function showPapers(): Promise<void> {
   }
 }
 
+let loops: Promise<Loops> | null = null;
+
+/** The closed loops come with the gallery's module, when they are opened first. */
+async function showLoops(): Promise<void> {
+  loops ??= import('./loops/gallery-loops').then(({ Loops }) => {
+    const made = new Loops(store);
+    document.querySelector('.page')?.append(made.element);
+    return made;
+  });
+  try {
+    (await loops).show();
+  } catch (reason) {
+    loops = null;
+    tell(reason);
+  }
+}
+
 function tell(reason: unknown): void {
   store.error.value = reason instanceof Error ? reason.message : String(reason);
 }
@@ -141,6 +159,7 @@ const bar = header(store, session, {
   showHelp: () => help.showModal(),
   showReport: () => side.toggleReport(),
   showPapers: () => void showPapers(),
+  showLoops: () => void showLoops(),
 }, drives.button, statusLine(store, session));
 
 document.querySelector('#app')?.replaceWith(
@@ -163,6 +182,7 @@ listenToKeys(store, {
   openDialog: bar.openDialog,
   chooseDrive: () => drives.show(),
   showPapers: () => void showPapers(),
+  showLoops: () => void showLoops(),
   showHelp: () => (help.open ? help.close() : help.showModal()),
   nextRoom: () => rooms.next(),
   focusView: (key) => {

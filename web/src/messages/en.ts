@@ -2,6 +2,7 @@
 
 import type { RoomName } from '../room-names';
 import { compass, gate, variants } from './magnetic';
+import { loops } from './loops';
 import { road } from './road';
 
 export const en = {
@@ -9,6 +10,7 @@ export const en = {
   gate,
   compass,
   road,
+  loops,
   name: 'Drivescope',
   header: {
     drive: 'Drive',
@@ -329,6 +331,7 @@ export const en = {
       ['Ctrl+Z, Ctrl+Shift+Z', 'undo or redo a parameter'],
       ['D', 'choose a built-in drive'],
       ['G', 'the gallery of papers'],
+      ['C', 'closed loops: control of a car'],
       ['O', 'open a log'],
       ['?', 'this page'],
       ['Esc', 'close'],
