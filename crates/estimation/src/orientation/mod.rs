@@ -29,6 +29,7 @@ mod sanitize;
 #[cfg(test)]
 mod tests;
 mod triad;
+mod trig;
 mod whitened;
 
 use drivescope_drive::drive::{Epoch, LogStart, Signal};

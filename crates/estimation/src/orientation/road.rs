@@ -22,10 +22,11 @@ use super::hindsight::{Hindsight, Kept};
 use super::model::Input;
 use super::params::{OrientationParams, Variant};
 use super::road_model::{
-    BANK, Covariance, GRADE, GYRO_BIAS, LEAN, MISMATCH, Point, RoadModel, SQUAT, State, Transition, YAW, jacobian,
-    rates,
+    BANK, Covariance, GRADE, GYRO_BIAS, LEAN, MISMATCH, Point, RoadModel, SQUAT, STATES, State, Transition, YAW,
+    jacobian, rates,
 };
 use super::sample::Sample;
+use super::trig::sin_cos;
 use super::whitened::Whitened;
 
 /// Time constant of both poles of the yaw acceleration, s.
@@ -149,7 +150,7 @@ impl RoadFilter {
         }
         findings.lateral_nis = self.fold_in_forces(s)?;
         self.x[YAW] = wrap_angle(self.x[YAW]);
-        self.p.diagonal().iter().all(|v| *v >= 0.0).then_some(findings)
+        (0..STATES).all(|i| self.p[(i, i)] >= 0.0).then_some(findings)
     }
 
     /// Lateral and forward force. Returns the former's normalized innovation squared, NaN where it was not used.
@@ -192,8 +193,9 @@ impl RoadFilter {
 
     /// Columns of `P` summed to what roll, pitch and yaw share with every state.
     fn by_angle(&self) -> [State; 3] {
-        let p = &self.p;
-        [p.column(LEAN) + p.column(BANK), p.column(SQUAT) + p.column(GRADE), p.column(YAW).into_owned()]
+        let p = &self.p.data.0;
+        let sum = |a: usize, b: usize| State::from_fn(|i, _| p[a][i] + p[b][i]);
+        [sum(LEAN, BANK), sum(SQUAT, GRADE), State::from(p[YAW])]
     }
 
     fn fold_in_field(&mut self, field: &Vector3<f64>, h: &Reference, out: &mut RoadFindings) -> Option<()> {
@@ -240,11 +242,10 @@ impl RoadFilter {
     fn correct<const M: usize>(&mut self, gains: &[State; M], innovations: &[f64; M]) {
         for (w, z) in gains.iter().zip(innovations) {
             self.x += w * *z;
-            for c in 0..w.len() {
-                let share = w[c];
-                for r in 0..w.len() {
-                    self.p[(r, c)] -= w[r] * share;
-                }
+        }
+        for (c, column) in self.p.data.0.iter_mut().enumerate() {
+            for (r, value) in column.iter_mut().enumerate() {
+                *value -= gains.iter().map(|w| w[r] * w[c]).sum::<f64>();
             }
         }
     }
@@ -264,7 +265,7 @@ impl RoadFilter {
     /// Lateral force: turn, change of turn through the slip of the rear axle, mismatch, gravity.
     fn fold_in_lateral(&mut self, s: &Sample, turning: f64) -> Option<f64> {
         let Euler { roll, pitch, .. } = self.angles();
-        let ((sin_roll, cos_roll), (sin_pitch, cos_pitch)) = (roll.sin_cos(), pitch.sin_cos());
+        let ((sin_roll, cos_roll), (sin_pitch, cos_pitch)) = (sin_cos(roll), sin_cos(pitch));
         let slip = self.setup.rear_arm - s.speed * s.speed / self.setup.rear_slip;
         let felt = s.speed * (s.input.yaw_rate - self.x[GYRO_BIAS]) + slip * turning + self.x[MISMATCH]
             - GRAVITY * sin_roll * cos_pitch;
@@ -280,7 +281,7 @@ impl RoadFilter {
 
     /// Forward force less gravity along the car against the change of speed, both behind the same two poles.
     fn fold_in_forward(&mut self, force: f64, s: &Sample) -> Option<()> {
-        let (sin, cos) = (self.x[SQUAT] + self.x[GRADE]).sin_cos();
+        let (sin, cos) = sin_cos(self.x[SQUAT] + self.x[GRADE]);
         let input = force - GRAVITY * sin;
         let gain = Derivative::speed_gain(s.dt);
         let first = self.forward[0].map_or(input, |f| f + gain * (input - f));
@@ -308,19 +309,24 @@ impl RoadFilter {
 
     /// 1-sigma of roll, pitch and yaw, rad.
     pub(super) fn sigma(&self) -> [f64; 3] {
-        let sum = |a: usize, b: usize| (self.p[(a, a)] + self.p[(b, b)] + 2.0 * self.p[(a, b)]).max(0.0).sqrt();
+        let sum = |a: usize, b: usize| root(self.p[(a, a)] + self.p[(b, b)] + 2.0 * self.p[(a, b)]);
         [sum(LEAN, BANK), sum(SQUAT, GRADE), self.p[(YAW, YAW)].sqrt()]
     }
 
     /// Put suspension, road and bias into an estimate.
     pub(super) fn fill(&self, out: &mut OrientationEstimate) {
-        let sigma = |i: usize| self.p[(i, i)].max(0.0).sqrt();
+        let sigma = |i: usize| root(self.p[(i, i)]);
         (out.suspension_roll, out.suspension_roll_sigma) = (self.x[LEAN], sigma(LEAN));
         (out.suspension_pitch, out.suspension_pitch_sigma) = (self.x[SQUAT], sigma(SQUAT));
         (out.road_bank, out.road_bank_sigma) = (self.x[BANK], sigma(BANK));
         (out.road_grade, out.road_grade_sigma) = (self.x[GRADE], sigma(GRADE));
         (out.gyro_bias, out.gyro_bias_sigma) = (self.x[GYRO_BIAS], sigma(GYRO_BIAS));
     }
+}
+
+/// Square root, 0 of what rounding made negative.
+fn root(variance: f64) -> f64 {
+    if variance > 0.0 { variance.sqrt() } else { 0.0 }
 }
 
 #[cfg(test)]
