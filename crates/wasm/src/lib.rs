@@ -6,7 +6,9 @@
 
 #[cfg(feature = "compass")]
 mod compass;
+mod faults;
 mod opening;
+mod outages;
 mod reports;
 mod runs;
 mod session;
