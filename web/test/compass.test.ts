@@ -1,7 +1,10 @@
 import { expect, test } from 'vitest';
-import { keep, stillHolds } from '../src/compass/kept';
+import { Doctor } from '../src/compass/doctor';
 import type { Calibration } from '../src/compass/door';
+import { keep, stillHolds } from '../src/compass/kept';
 import type { DriveReport } from '../src/door';
+import type { Session } from '../src/session';
+import { Store } from '../src/state';
 
 const calibration: Calibration = { version: 1, kind: 'full', offset: [1, 2, 3], distortion: [0, 0, 0, 0, 0, 0] };
 const usual = { mag_x: { column: 'bx' }, mag_y: { column: 'by' }, gnss_lat: { column: 'lat' }, accel_x: { column: 'ax' } };
@@ -23,4 +26,25 @@ test('a calibration does not hold for another log or another reading of its sens
   expect(stillHolds(kept, read(usual, 11))).toBeNull();
   expect(stillHolds(null, read(usual))).toBeNull();
   expect(keep({ ...read(usual), import: null }, calibration, 0, 0)).toBeNull();
+});
+
+test('the doctor applies a calibration again when the log is read anew, until it is taken back', async () => {
+  const store = new Store();
+  const calls: [string, unknown][] = [];
+  const rpc = { call: (name: string, args: unknown) => (calls.push([name, args]), Promise.resolve(null)) };
+  const doctor = new Doctor(store, { rpc, rerun: () => undefined } as unknown as Session);
+  const applied = (): unknown[] => calls.splice(0).flatMap(([name, args]) => (name === 'compass_apply' ? [args] : []));
+  const settled = (): Promise<void> => new Promise((resolve) => setTimeout(resolve, 0));
+  const log = (signals: object): DriveReport => ({ ...read(signals), channels: [{ name: 'mag', rows: 1, rate_hz: 1, columns: ['mag_x'] }] });
+  store.report.value = log(usual);
+  await doctor.apply(calibration, 0.5, 2);
+  await settled();
+  expect(applied()).toHaveLength(1);
+  store.report.value = log({ ...usual, accel_x: { column: 'ay' } });
+  await settled();
+  expect(applied()).toEqual([{ calibration, mountYaw: 0.5, clock: 2 }]);
+  await doctor.undo();
+  store.report.value = log(usual);
+  await settled();
+  expect(applied()).toEqual([]);
 });
