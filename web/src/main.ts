@@ -207,9 +207,11 @@ async function start(): Promise<void> {
   store.catalogue.value = catalogue;
   store.tuning.value = address.tuning;
   store.room.value = address.room;
+  store.overlays.value = address.overlays;
   followAddress(store, (hash) => {
-    const { tuning, drive, seed, room } = fromHash(hash, catalogue);
+    const { tuning, drive, seed, room, overlays } = fromHash(hash, catalogue);
     store.room.value = room;
+    store.overlays.value = overlays;
     history.push(tuning);
     store.tuning.value = tuning;
     if (drive !== null && (drive !== store.builtIn.value?.name || seed !== store.builtIn.value.seed)) void openBuiltIn(drive, seed);
