@@ -66,7 +66,7 @@ export class Session {
     } catch (reason) {
       this.#rest = rest;
       this.#store.isRestHeld.value = true;
-      if (reason instanceof Unloaded) store.error.value = t.errors.readers(label);
+      if (reason instanceof Unloaded) store.error.value = t.files.unloaded(label);
       else if (!(reason instanceof Cancelled)) store.error.value = reason instanceof Error ? reason.message : String(reason);
       return false;
     } finally {

@@ -112,6 +112,8 @@ pub fn generate(module: &Module, wasm: &Path, out: &Path) -> Result<()> {
     let mut bindgen = Bindgen::new();
     bindgen.input_path(wasm).out_name(module.stem).typescript(true).omit_default_module_path(false);
     bindgen.remove_name_section(true).remove_producers_section(true);
+    // The readers' memory is given back after every log.
+    bindgen.reset_state_function(module.stem == READERS.stem);
     bindgen.web(true).when(|| "set up wasm-bindgen".into())?.generate(out).when(|| "generate the page's package".into())
 }
 

@@ -3,6 +3,7 @@
 import type { Door, Progress } from '../door';
 import init, { Session } from '../generated/drivescope_wasm.js';
 import { Reading, readers } from './readers';
+import { inMemory, Shelf } from './shelf';
 import type { FromWorker, Operations, Request, ToWorker } from './rpc';
 
 /** Milliseconds of work between two looks at the messages. */
@@ -54,7 +55,7 @@ function runJob(door: Door, { id, args }: Request<'run'>): Job {
     begin: () => door.begin_run(estimator, params, vehicle ?? undefined),
     some: () => door.run_some(estimator, BUDGET),
     cancel: () => door.cancel_run(estimator),
-    finish: () => ({
+    finish: () => ((hasEstimated = true), {
       current: door.result(estimator, 'current'),
       previous: door.result(estimator, 'previous'),
       change: door.change(estimator),
@@ -110,6 +111,9 @@ function openJob(door: Door, { id, args }: Request<'open'>): Job {
   return args.kind === 'files' ? filesJob(door, id, args) : simulationJob(door, id, args);
 }
 
+/** Databases of bus signals, and the log that may need one. */
+const shelf = new Shelf(inMemory);
+
 /** The job is there at once, so that it can be cancelled and overtaken, and waits for the readers. */
 function filesJob(door: Door, id: number, args: Dropped): Job {
   let reading: Reading | null = null;
@@ -134,8 +138,8 @@ function filesJob(door: Door, id: number, args: Dropped): Job {
     },
   };
   readers().then(
-    (reader) => {
-      reading = new Reading(reader, door);
+    (loaded) => {
+      reading = new Reading(loaded, door, shelf);
       job.waits = false;
       schedule();
     },
@@ -180,10 +184,13 @@ function schedule(): void {
 }
 
 let idle: ReturnType<typeof setTimeout> | undefined;
+/** Whether something has been estimated: before, a pause is only that of a slow opening. */
+let hasEstimated = false;
 
 /** Load the readers once nothing was to be done for a while. A failure is told when a file comes. */
 function loadWhenIdle(): void {
   clearTimeout(idle);
+  if (!hasEstimated) return;
   idle = setTimeout(() => {
     if (jobs.length === 0) readers().catch(() => undefined);
   }, IDLE);

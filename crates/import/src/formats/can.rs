@@ -6,7 +6,7 @@ use std::rc::Rc;
 use super::Context;
 use super::dbc::{Dbc, EXTENDED, Message};
 use super::grower::{Grower, Zero};
-use crate::error::ImportError;
+use crate::error::{ImportError, name_list};
 use crate::opening::Gathered;
 
 /// Identifiers that are remembered for what is said about them.
@@ -108,6 +108,12 @@ impl Frames {
         let ids: Vec<String> = self.unknown.iter().take(6).map(|id| format!("{:X}", id & !EXTENDED)).collect();
         let ids = format!("{} identifiers ({}, ..)", self.unknown.len(), ids.join(", "));
         let what = if self.dbc.is_empty() { "no DBC database" } else { "none of them in the DBC" };
+        if log.tables.len() > before {
+            let note = format!("Frames were decoded as {} says.", name_list(self.dbc.files.iter().map(String::as_str)));
+            if !log.notes.contains(&note) {
+                log.notes.push(note);
+            }
+        }
         if log.tables.len() == before {
             log.failures.push(format!(
                 "{}: expected a DBC database that says what the frames hold, found {} frames of {ids} and {what}; open the \
