@@ -69,6 +69,14 @@ impl ColumnBuilder {
         }
     }
 
+    /// Append the values of several rows.
+    #[inline]
+    pub fn extend<'a>(&mut self, values: impl Iterator<Item = &'a f64>) {
+        if self.kind != Kind::Text {
+            self.values.extend(values);
+        }
+    }
+
     /// The value of a cell, or why it does not fit. Decides the kind of the column as cells come.
     pub fn value(&mut self, content: Content, text: &[u8], row: usize) -> Result<f64, Refused> {
         match (self.kind, content) {
