@@ -8,6 +8,7 @@ export interface KeyActions {
   chooseDrive(): void;
   showPapers(): void;
   showHelp(): void;
+  nextRoom(): void;
   focusView(key: string): void;
   focusParams(): void;
   undo(): void;
@@ -61,6 +62,7 @@ export function listenToKeys(store: Store, actions: KeyActions): void {
     '2': () => actions.focusView('2'),
     '3': () => actions.focusView('3'),
     '4': () => actions.focusView('4'),
+    v: () => actions.nextRoom(),
     p: () => actions.focusParams(),
     d: () => actions.chooseDrive(),
     g: () => actions.showPapers(),

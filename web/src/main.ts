@@ -2,6 +2,7 @@
 
 import './style/base.css';
 import './style/layout.css';
+import './style/dialog.css';
 import './style/plots.css';
 import './style/panel.css';
 import './style/score.css';
@@ -21,6 +22,7 @@ import { errorBanner, statusLine } from './panel/status';
 import { TunePanel } from './panel/tune';
 import { picture } from './picture';
 import { followTheme } from './plot/palette';
+import { Rooms } from './rooms';
 import { Session } from './session';
 import { Store } from './state';
 import { fromHash, History, type Tuning, withParam } from './tuning';
@@ -55,6 +57,13 @@ const report = new ReportPanel(store);
 const help = helpDialog(store);
 const drives = new DriveDialog(store, session, (name, seed) => void openBuiltIn(name, seed));
 const side = sidePanel();
+const rooms = new Rooms(store, {
+  overview: () => ({
+    elements: [...views.map((v) => v.element), mode.element],
+    pictures: () => [...views, mode].map((v, i) => [['attitude', 'slope', 'mode'][i] ?? '', v.canvases()]),
+  }),
+  road: async () => (await import('./views/road')).roadRoom(store, session),
+});
 
 async function openBuiltIn(name: string, seed: number | null = null): Promise<void> {
   const drive = store.catalogue.value?.drives.find((d) => d.name === name);
@@ -108,10 +117,9 @@ async function openDropped(files: File[]): Promise<void> {
 }
 
 function savePictures(): void {
-  const named = [...views.map((v) => v.canvases()), mode.canvases(), [trajectory.canvas]];
-  ['attitude', 'slope', 'mode', 'trajectory'].forEach((name, i) => {
-    picture(named[i] ?? []).toBlob((blob) => blob && save(`${name}.png`, blob, 'image/png'));
-  });
+  for (const [name, canvases] of [...rooms.pictures(), ['trajectory', [trajectory.canvas]] as const]) {
+    picture([...canvases]).toBlob((blob) => blob && save(`${name}.png`, blob, 'image/png'));
+  }
 }
 
 /** The side panel: parameters and results, or what the log holds. */
@@ -141,7 +149,7 @@ document.querySelector('#app')?.replaceWith(
     {},
     bar.element,
     errorBanner(store),
-    h('main', {}, h('div.time-views', {}, ...views.map((v) => v.element), mode.element), h('div.side-column', {}, trajectory.element, side.element)),
+    h('main', {}, rooms.element, h('div.side-column', {}, trajectory.element, side.element)),
     transport.element,
     dropTarget((files) => void openDropped(files)),
     help,
@@ -156,8 +164,9 @@ listenToKeys(store, {
   chooseDrive: () => drives.show(),
   showPapers: () => void showPapers(),
   showHelp: () => (help.open ? help.close() : help.showModal()),
+  nextRoom: () => rooms.next(),
   focusView: (key) => {
-    const view = document.querySelector<HTMLElement>(`[data-view="${key}"]`);
+    const view = [...document.querySelectorAll<HTMLElement>(`[data-key="${key}"]`)].find((v) => v.checkVisibility());
     view?.focus();
     view?.scrollIntoView({ block: 'nearest' });
   },
@@ -177,8 +186,10 @@ async function start(): Promise<void> {
   history.push(address.tuning);
   store.catalogue.value = catalogue;
   store.tuning.value = address.tuning;
+  store.room.value = address.room;
   followAddress(store, (hash) => {
-    const { tuning, drive, seed } = fromHash(hash, catalogue);
+    const { tuning, drive, seed, room } = fromHash(hash, catalogue);
+    store.room.value = room;
     history.push(tuning);
     store.tuning.value = tuning;
     if (drive !== null && (drive !== store.builtIn.value?.name || seed !== store.builtIn.value.seed)) void openBuiltIn(drive, seed);

@@ -1,6 +1,7 @@
 /** Everything the page knows, in one place; views listen to the parts they show. */
 
 import type { Catalogue, DriveReport, Progress } from './door';
+import type { RoomName } from './room-names';
 import { Signal } from './signal';
 import { type Tuning, UNTUNED } from './tuning';
 import { DEFAULT_DISPLAY, type Display } from './units';
@@ -72,10 +73,30 @@ export class Store {
   readonly display = new Signal<Display>(DEFAULT_DISPLAY);
   readonly theme = new Signal<'auto' | 'light' | 'dark'>('auto');
   readonly tuning = new Signal<Tuning>(UNTUNED);
+  readonly room = new Signal<RoomName>('overview');
   readonly estimator = new Signal<string>('orientation');
+  /** Estimators that what is shown needs, each as often as something needs it; see `want`. */
+  readonly wanted = new Signal<readonly string[]>([]);
   /** Variants of orientation that are drawn with the one that is tuned. */
   readonly overlays = new Signal<readonly string[]>([]);
   #runs = new Map<string, Signal<RunState>>();
+
+  /** Something is shown that needs these estimators: they are run for every drive, until what is returned is called. */
+  want(estimators: readonly string[]): () => void {
+    this.wanted.value = [...this.wanted.value, ...estimators];
+    let rest = estimators;
+    return () => {
+      const left = [...this.wanted.value];
+      for (const name of rest) left.splice(left.indexOf(name), 1);
+      rest = [];
+      this.wanted.value = left;
+    };
+  }
+
+  /** Whether an estimator is to be run: for what is shown, or because it was chosen to be tuned. */
+  isWanted(estimator: string): boolean {
+    return this.estimator.value === estimator || this.wanted.value.includes(estimator);
+  }
 
   /** The runs of an estimator. */
   run(estimator: string): Signal<RunState> {

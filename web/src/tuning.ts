@@ -1,6 +1,7 @@
 /** What the reader has tuned: only what differs from the defaults, with undo, and as text in the address. */
 
 import type { Catalogue, ParamSpec, ParamValue } from './door';
+import { ROOM_NAMES, type RoomName } from './room-names';
 
 export interface Tuning {
   /** By estimator, then by parameter. */
@@ -84,18 +85,20 @@ export class History<T> {
   }
 }
 
-/** What an address says: a built-in drive and a tuning. */
+/** What an address says: a built-in drive, the room that is entered, and a tuning. */
 export interface Address {
   drive: string | null;
   seed: number | null;
+  room: RoomName;
   tuning: Tuning;
 }
 
 /** The part of an address after `#`. */
-export function toHash({ drive, seed, tuning }: Address): string {
+export function toHash({ drive, seed, room, tuning }: Address): string {
   const search = new URLSearchParams();
   if (drive !== null) search.set('drive', drive);
   if (seed !== null) search.set('seed', String(seed));
+  if (room !== 'overview') search.set('room', room);
   if (tuning.vehicle !== null) search.set('vehicle', tuning.vehicle);
   for (const [estimator, own] of Object.entries(tuning.params)) {
     for (const [name, value] of Object.entries(own)) search.set(`${estimator}.${name}`, String(value));
@@ -137,6 +140,7 @@ export function fromHash(hash: string, catalogue: Catalogue): Address {
   return {
     drive: catalogue.drives.some((d) => d.name === drive) ? drive : null,
     seed: seed !== null && /^\d{1,15}$/.test(seed) ? Number(seed) : null,
+    room: ROOM_NAMES.find((name) => name === search.get('room')) ?? 'overview',
     tuning,
   };
 }

@@ -50,16 +50,16 @@ test('a change after an undo forgets what was undone', () => {
   expect(history.now).toBe(2);
 });
 
-test('an address brings back drive, seed, car and every kind of parameter', () => {
+test('an address brings back drive, seed, room, car and every kind of parameter', () => {
   let tuning = withParam(UNTUNED, 'slope', walk, 2.5);
   tuning = withParam(tuning, 'slope', yaw, -1);
   tuning = withParam(tuning, 'slope', aid, false);
   tuning = { ...withParam(tuning, 'slope', variant, 'b'), vehicle: 'saloon' };
-  const address = { drive: 'hills', seed: 7, tuning };
+  const address = { drive: 'hills', seed: 7, room: 'road' as const, tuning };
   expect(fromHash(`#${toHash(address)}`, catalogue)).toEqual(address);
 });
 
 test('an address from elsewhere cannot bring in what does not exist or is out of range', () => {
-  const hash = '#drive=moon&seed=-1&vehicle=tank&slope.walk=99&slope.yaw=x&slope.aid=maybe&slope.variant=c&other.thing=1';
-  expect(fromHash(hash, catalogue)).toEqual({ drive: null, seed: null, tuning: { params: {}, vehicle: null } });
+  const hash = '#drive=moon&seed=-1&vehicle=tank&slope.walk=99&slope.yaw=x&slope.aid=maybe&slope.variant=c&other.thing=1&room=cellar';
+  expect(fromHash(hash, catalogue)).toEqual({ drive: null, seed: null, room: 'overview', tuning: { params: {}, vehicle: null } });
 });

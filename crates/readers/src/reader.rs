@@ -1,32 +1,12 @@
 //! The calls of JavaScript.
 
-use drivescope_drive::parts::{Part, Parts, parts};
+use drivescope_door::{Handover, Progress, plain, sentence};
 use drivescope_import::{Format, Mapping, Opening, Source, open_log};
-use js_sys::{Array, Date, Float64Array};
-use serde::Serialize;
+use js_sys::{Array, Date};
 use wasm_bindgen::prelude::*;
 use web_sys::File;
 
 use crate::dropped::Dropped;
-
-/// An error whose message is the sentence for the user.
-pub fn sentence(error: impl std::fmt::Display) -> JsError {
-    JsError::new(&error.to_string())
-}
-
-/// A plain object: maps become objects, no number becomes a BigInt.
-fn plain(value: &impl Serialize) -> Result<JsValue, JsError> {
-    value.serialize(&serde_wasm_bindgen::Serializer::json_compatible()).map_err(sentence)
-}
-
-/// How far a piece of long work has come.
-#[derive(Serialize)]
-struct Progress {
-    done: bool,
-    fraction: f64,
-    stage: &'static str,
-    rows: usize,
-}
 
 /// What a dropped file is to the others: `database` says what the frames of a bus log mean, `bus` may be or hold a bus
 /// log, `log` needs none.
@@ -47,7 +27,7 @@ pub fn role(file: File) -> Result<String, JsError> {
 #[derive(Default)]
 pub struct Reader {
     reading: Option<Reading>,
-    read: Option<Read>,
+    read: Option<Handover>,
 }
 
 /// Files that are being read.
@@ -56,12 +36,6 @@ struct Reading {
     mapping: Option<Mapping>,
     /// Nothing is left to read.
     is_read: bool,
-}
-
-/// A drive that was read and not yet handed over.
-struct Read {
-    head: Array,
-    parts: Parts,
 }
 
 #[wasm_bindgen]
@@ -98,45 +72,29 @@ impl Reader {
         }
         let log = reading.opening.finish().map_err(sentence)?;
         let (drive, report) = open_log(log, reading.mapping.as_ref()).map_err(sentence)?;
-        let (head, parts) = parts(drive);
-        let vehicle = head.vehicle.map_or(JsValue::UNDEFINED, |v| Float64Array::from(v.as_slice()).into());
-        let head =
-            Array::of5(&head.name.into(), &vehicle, &head.rear_axle.into(), &head.unix_zero.into(), &plain(&report)?);
-        self.read = Some(Read { head, parts });
-        plain(&Progress { done: true, fraction: 1.0, stage: "reading", rows: report.rows })
+        self.read = Some(Handover::new(drive, plain(&report)?));
+        plain(&Progress { done: true, fraction: 1.0, stage: "mapping", rows: report.rows })
     }
 
     /// What the drive says besides its columns: name, parameters of the car, rear axle (m), Unix time of `t = 0` (s), each
     /// undefined where it says nothing; then the report on what was found.
     pub fn head(&self) -> Result<Array, JsError> {
         let read = self.read.as_ref().ok_or_else(|| JsError::new("nothing was read"))?;
-        Ok(read.head.clone())
+        Ok(read.head())
     }
 
     /// The next part: its name, the names of its columns, its times (s), its columns (an empty one has no value);
     /// undefined after the last one. What was taken is no longer held here.
     pub fn next_part(&mut self) -> Option<Array> {
-        let part = self.read.as_mut()?.parts.next();
+        let part = self.read.as_mut()?.next();
         if part.is_none() {
             self.read = None;
         }
-        part.map(given)
+        part
     }
 
     /// Give up what is being read or was read.
     pub fn cancel(&mut self) {
         (self.reading, self.read) = (None, None);
     }
-}
-
-/// A part as JavaScript takes it; each column is let go as soon as it is copied.
-fn given(part: Part) -> Array {
-    let (names, columns) = (Array::new(), Array::new());
-    let time = Float64Array::from(part.time.as_slice());
-    drop(part.time);
-    for (name, column) in part.columns {
-        names.push(&name.into());
-        columns.push(&Float64Array::from(column.as_slice()));
-    }
-    Array::of4(&part.name.into(), &names, &time, &columns)
 }

@@ -1,13 +1,16 @@
 /** English. Texts that the core writes (parameter descriptions, errors) come from there and are shown as they are. */
 
+import type { RoomName } from '../room-names';
 import { files } from './files';
 import { compass, gate, variants } from './magnetic';
+import { road } from './road';
 
 export const en = {
   files,
   variants,
   gate,
   compass,
+  road,
   name: 'Drivescope',
   header: {
     drive: 'Drive',
@@ -112,6 +115,15 @@ export const en = {
     title: 'Drop to open',
     hint: 'A log of any format (CSV, MDF 4, BLF, MCAP, NMEA and more), or several files or a folder of one drive, with the DBC of a bus log, a mapping (JSON), raw GNSS (CSV); or a drive to simulate (JSON). Nothing leaves this computer.',
   },
+  rooms: {
+    label: 'Rooms',
+    names: { overview: 'Overview', road: 'Road and forces' } satisfies Record<RoomName, string>,
+    about: {
+      overview: 'Attitude, slope and motion mode',
+      road: 'Slope, grade, body pitch, longitudinal acceleration and tyre forces',
+    } satisfies Record<RoomName, string>,
+    failed: (name: string) => `The room ${name} could not be loaded. Check the network and choose it again.`,
+  },
   views: {
     attitude: 'Attitude',
     slope: 'Slope',
@@ -185,7 +197,7 @@ export const en = {
   },
   side: { label: 'Parameters and results', close: 'Back to the parameters' },
   /** Short names of estimators for tabs; others are called by their title. */
-  tabs: { orientation: 'Orientation', slope: 'Slope', motion_mode: 'Mode', gnss_ins: 'GNSS/INS' } as Readonly<Record<string, string>>,
+  tabs: { orientation: 'Orientation', slope: 'Slope', motion_mode: 'Mode', gnss_ins: 'GNSS/INS', land_ins: 'Land INS', gyro_free: 'Gyro-free', stationarity: 'Standstill', gnss: 'GNSS', attitude: 'Attitude' } as Readonly<Record<string, string>>,
   params: {
     estimators: 'Estimators',
     vehicle: 'Vehicle',
@@ -309,7 +321,9 @@ export const en = {
       ['+ −', 'zoom in or out about the cursor'],
       ['0', 'show the whole drive'],
       ['[ ]', 'move what is shown'],
-      ['1 2 3 4', 'go to attitude, slope, mode, trajectory'],
+      ['1 2 3', 'go to a view of the room that is open, from top to bottom'],
+      ['4', 'go to the trajectory'],
+      ['V', 'the next room: overview, road, …'],
       ['P', 'go to the parameters'],
       ['Ctrl+Z, Ctrl+Shift+Z', 'undo or redo a parameter'],
       ['D', 'choose a built-in drive'],

@@ -143,10 +143,11 @@ export function header(store: Store, session: Session, actions: HeaderActions, c
 export function followAddress(store: Store, changed: (hash: string) => void): void {
   const write = (): void => {
     const builtIn = store.builtIn.value;
-    const hash = toHash({ drive: builtIn?.name ?? null, seed: builtIn?.seed ?? null, tuning: store.tuning.value });
+    const hash = toHash({ drive: builtIn?.name ?? null, seed: builtIn?.seed ?? null, room: store.room.value, tuning: store.tuning.value });
     history.replaceState(null, '', hash === '' ? location.pathname + location.search : `#${hash}`);
   };
   store.tuning.on(write);
+  store.room.on(write);
   store.builtIn.on(write);
   addEventListener('hashchange', () => changed(location.hash));
 }
@@ -161,11 +162,7 @@ export function helpDialog(store: Store): HTMLDialogElement {
   const dialog = h('dialog.help', { 'aria-label': t.help.title });
   dialog.append(
     h('header', {}, h('h2', {}, t.help.title), iconButton('close', t.help.close, () => dialog.close())),
-    h('table', {}, h('tbody', {}, ...rows)),
-    h('h2', {}, t.help.mouse),
-    h('p', {}, t.help.mouseText),
-    h('p', {}, t.help.privacy),
-    version,
+    h('div.help-body', {}, h('table', {}, h('tbody', {}, ...rows)), h('h3', {}, t.help.mouse), h('p', {}, t.help.mouseText), h('p', {}, t.help.privacy), version),
   );
   dialog.addEventListener('click', (event) => {
     if (event.target === dialog) dialog.close();

@@ -57,6 +57,7 @@ export class Lane {
     this.plotHost.append(new TimeArea(store).element);
     this.plotHost.setAttribute('role', 'img');
     onResize(this.plotHost, (width, height) => {
+      if (width === 0) return;
       this.pixels = Math.max(50, width - LEFT - RIGHT);
       this.plot.setSize(width, height);
       this.onSize();

@@ -1,7 +1,9 @@
 /** What is remembered from one dropping of files to the next: databases of bus signals, and the bus log that may need one. */
 
 import { files as say } from '../messages/files';
-import type { Role } from './readers';
+
+/** What a file is to others that are dropped with it. */
+export type Role = 'database' | 'bus' | 'log';
 
 /** Of a worker; the page's types do not have it. */
 declare class FileReaderSync {
@@ -10,7 +12,7 @@ declare class FileReaderSync {
 
 export interface Taken {
   files: File[];
-  mapping: string | null;
+  mapping: string | undefined;
 }
 
 export class Shelf {
@@ -27,7 +29,7 @@ export class Shelf {
    * What is to be read for these files. Databases alone are added to those that are kept and the bus log that was dropped
    * last is read again; with a log they take the place of those.
    */
-  take(files: File[], mapping: string | null, role: (file: File) => Role): Taken {
+  take(files: File[], mapping: string | undefined, role: (file: File) => Role): Taken {
     const roles = files.map(role);
     const logs = files.filter((_, i) => roles[i] !== 'database');
     const databases = files.filter((_, i) => roles[i] === 'database').map(this.#copy);
