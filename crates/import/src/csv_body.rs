@@ -187,7 +187,7 @@ impl Body {
         let width = self.columns.len();
         self.begin_rows(self.block.len() / width, next - pos)?;
         for (i, column) in self.columns.iter_mut().enumerate() {
-            column.extend(self.block.iter().skip(i).step_by(width));
+            column.take(&self.block, width, i);
         }
         Ok(next)
     }

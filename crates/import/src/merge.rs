@@ -6,6 +6,7 @@ use crate::clock;
 use crate::error::ImportError;
 use crate::names::{self, time_name};
 use crate::opening::Log;
+use crate::order::sort_by;
 use crate::pairing::{gather_fixes, pair_inertial};
 use crate::propose::Unused;
 use crate::table::{RawColumn, Table, TimeEpoch, Warning};
@@ -224,7 +225,7 @@ fn join(parts: Vec<Part>, notes: &mut Vec<String>) -> Vec<Part> {
     // The kinds of tables keep the order in which they came; the parts of a kind go by time.
     let kind = |p: &Part| parts.iter().position(|q| q.schema() == p.schema()).unwrap_or(0);
     let mut index: Vec<(usize, f64, usize)> = parts.iter().enumerate().map(|(i, p)| (kind(p), p.ends().0, i)).collect();
-    index.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+    sort_by(&mut index, |a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
     let mut slots: Vec<Option<Part>> = parts.into_iter().map(Some).collect();
     for (_, _, i) in index {
         let Some(mut part) = slots[i].take() else { continue };

@@ -8,6 +8,7 @@ use super::dbc::{Dbc, EXTENDED, Message};
 use super::grower::{Grower, Zero};
 use crate::error::{ImportError, name_list};
 use crate::opening::Gathered;
+use crate::order::sort_by;
 
 /// Identifiers that are remembered for what is said about them.
 const REMEMBERED: usize = 4096;
@@ -98,7 +99,7 @@ impl Frames {
     pub fn finish(self, format: &'static str, zero: Zero, log: &mut Gathered) {
         let before = log.tables.len();
         let mut slots: Vec<_> = self.slots.into_iter().filter_map(|(key, slot)| Some((key, slot?))).collect();
-        slots.sort_by_key(|(key, _)| *key);
+        sort_by(&mut slots, |a, b| a.0.cmp(&b.0));
         for (_, slot) in slots {
             log.tables.extend(slot.pages.into_iter().filter_map(|(_, grower)| grower.finish(format, zero)));
         }
