@@ -22,6 +22,15 @@ pub(crate) enum Kind {
     Time,
     /// Text, not kept.
     Text,
+    /// Not wanted: nothing of it is looked at.
+    Left,
+}
+
+impl Kind {
+    /// Whether values are kept.
+    pub fn is_kept(self) -> bool {
+        !matches!(self, Self::Text | Self::Left)
+    }
 }
 
 /// A column while it is read.
@@ -55,7 +64,7 @@ impl ColumnBuilder {
 
     /// Make room for `rows` rows in all.
     pub fn reserve(&mut self, rows: usize) -> Result<(), TryReserveError> {
-        if self.kind == Kind::Text {
+        if !self.kind.is_kept() {
             return Ok(());
         }
         self.values.try_reserve_exact(rows.saturating_sub(self.values.len()))
@@ -64,7 +73,7 @@ impl ColumnBuilder {
     /// Append a value that `value` or the caller's own parsing gave.
     #[inline]
     pub fn push(&mut self, value: f64) {
-        if self.kind != Kind::Text {
+        if self.kind.is_kept() {
             self.values.push(value);
         }
     }
@@ -73,7 +82,7 @@ impl ColumnBuilder {
     #[inline]
     #[cfg(not(target_family = "wasm"))]
     pub fn extend<'a>(&mut self, values: impl Iterator<Item = &'a f64>) {
-        if self.kind != Kind::Text {
+        if self.kind.is_kept() {
             self.values.extend(values);
         }
     }
@@ -93,7 +102,7 @@ impl ColumnBuilder {
     /// The value of a cell, or why it does not fit. Decides the kind of the column as cells come.
     pub fn value(&mut self, content: Content, text: &[u8], row: usize) -> Result<f64, Refused> {
         match (self.kind, content) {
-            (Kind::Text, _) | (_, Content::Blank) => Ok(f64::NAN),
+            (Kind::Text | Kind::Left, _) | (_, Content::Blank) => Ok(f64::NAN),
             (Kind::Number, Content::Number(v)) => Ok(v),
             (Kind::Number, Content::Infinite) => Ok(f64::NAN),
             (Kind::Number, _) => Err(Refused { row, found: excerpt(text), time: false }),
@@ -171,6 +180,7 @@ impl ColumnBuilder {
         warnings: &mut Warnings,
     ) -> Result<(), ImportError> {
         let is_text = match self.kind {
+            Kind::Left => return Ok(()),
             Kind::Text => true,
             Kind::Open { numbers, texts } => texts > numbers,
             _ => false,

@@ -5,6 +5,7 @@ use crate::csv_body::Body;
 use crate::csv_body::Split;
 use crate::dialect::{SniffError, sniff};
 use crate::error::{ImportError, MAX_ROW_BYTES, MAX_TABLE_COLUMNS};
+use crate::keep::Keep;
 use crate::magic;
 use crate::source::ByteSource;
 use crate::table::Table;
@@ -34,6 +35,7 @@ pub struct CsvReader {
     bytes: u64,
     head: Vec<u8>,
     body: Option<Body>,
+    keep: Option<Keep>,
     #[cfg(not(target_arch = "wasm32"))]
     split: Option<Split>,
 }
@@ -47,6 +49,7 @@ impl CsvReader {
             bytes: 0,
             head: Vec::new(),
             body: None,
+            keep: None,
             #[cfg(not(target_arch = "wasm32"))]
             split: None,
         }
@@ -62,6 +65,12 @@ impl CsvReader {
     #[cfg(not(target_arch = "wasm32"))]
     pub fn split(&mut self, threads: usize, least_bytes: usize) {
         self.split = Some(Split { threads, least_bytes });
+    }
+
+    /// Keep a part of the file only, and refuse it where it needs more memory than it may. Say it, and
+    /// [`CsvReader::expect_bytes`], before the first slice.
+    pub fn keep(&mut self, keep: Keep) {
+        self.keep = Some(keep);
     }
 
     /// Number of bytes taken so far.
@@ -142,6 +151,9 @@ impl CsvReader {
         let mut body = Body::new(file(), dialect)?;
         #[cfg(not(target_arch = "wasm32"))]
         self.split.iter().for_each(|s| body.split = *s);
+        if let Some(keep) = &self.keep {
+            body.keep(keep, &head[start..], self.expected_bytes)?;
+        }
         body.reserve(&head[start..], self.expected_bytes.unwrap_or(0))?;
         body.feed(&head[start..])?;
         self.body = Some(body);

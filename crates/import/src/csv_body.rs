@@ -12,6 +12,7 @@ use crate::cell::{Cell, Content, RowScan, content};
 use crate::column::{ColumnBuilder, Kind};
 use crate::dialect::{Dialect, separator_name};
 use crate::error::{ImportError, MAX_ROW_BYTES, MAX_TABLE_COLUMNS};
+use crate::keep::{HeadClock, Keep, Need, Picker};
 use crate::table::{Layout, Table, Warnings};
 
 /// Where the parsing of one row ended.
@@ -40,6 +41,9 @@ pub(crate) struct Body {
     #[cfg(not(target_arch = "wasm32"))]
     pub split: Split,
     taken: u64,
+    keep: Keep,
+    /// Where rows are left out.
+    picker: Option<Picker>,
     pub rows: usize,
     capacity: usize,
     line: usize,
@@ -72,6 +76,8 @@ impl Body {
             #[cfg(not(target_arch = "wasm32"))]
             split: Split::default(),
             taken: 0,
+            keep: Keep::default(),
+            picker: None,
             rows: 0,
             capacity: 0,
             line: dialect.body.1,
@@ -86,18 +92,54 @@ impl Body {
         })
     }
 
+    /// Keep a part only, by what the head of the file holds, which is `bytes` long as a whole.
+    ///
+    /// # Errors
+    /// [`ImportError::TooLarge`].
+    pub fn keep(&mut self, keep: &Keep, head: &[u8], bytes: Option<u64>) -> Result<(), ImportError> {
+        self.keep = keep.clone();
+        let mut probe = Self::new(self.file.clone(), self.dialect.clone())?;
+        // What is wrong with the head is found again where it is read.
+        let found = probe.feed(head).and_then(|()| probe.finish(0));
+        let Ok(mut found) = found else { return Ok(()) };
+        let clock = HeadClock::of(&found);
+        let is_clock = |name: &str| clock.as_ref().is_some_and(|c| c.name == name);
+        for column in &mut self.columns {
+            if !keep.has_column(&column.name) && !is_clock(&column.name) {
+                column.kind = Kind::Left;
+            }
+        }
+        if keep.picks_rows() {
+            let place = |c: &HeadClock| Some((self.columns.iter().position(|x| x.name == c.name)?, c.factor));
+            self.picker = Some(Picker::new(keep.clone(), clock.as_ref().and_then(place)));
+        }
+        let Some(bytes) = bytes else { return Ok(()) };
+        let rows = found.rows as f64 * bytes as f64 / head.len().max(1) as f64;
+        found.columns.retain(|c| keep.has_column(&c.name) || is_clock(&c.name));
+        let need = Need { rows, columns: found.columns.len(), step: clock.map_or(f64::NAN, |c| c.step) };
+        need.check(&self.file, keep)
+    }
+
     /// Ask for memory for as many rows as a file of `bytes` holds, judged by the rows of the head.
     pub fn reserve(&mut self, sample: &[u8], bytes: u64) -> Result<(), ImportError> {
         let rows = sample.iter().filter(|b| **b == self.dialect.cut.eol).count();
         if rows > 0 {
             let expected = bytes as f64 * 1.05 * rows as f64 / sample.len() as f64;
-            self.grow(expected as usize + 16)?;
+            let every = self.keep.every.max(1) as f64;
+            self.grow((expected / every) as usize + 16)?;
         }
         Ok(())
     }
 
     fn grow(&mut self, rows: usize) -> Result<(), ImportError> {
         let wanted = self.capacity.max(rows);
+        let need = Need {
+            rows: self.rows as f64,
+            columns: self.columns.iter().filter(|c| c.kind.is_kept()).count(),
+            step: f64::NAN,
+        };
+        // What is kept already counts here, not what was picked from: rows, not a share of them.
+        need.check(&self.file, &Keep { memory: self.keep.memory, ..Keep::default() })?;
         for column in &mut self.columns {
             if column.reserve(wanted).is_err() {
                 let (file, row) = (self.file.clone(), self.line);
@@ -134,7 +176,7 @@ impl Body {
         let end = bytes.iter().rposition(|&b| b == eol).map_or(0, |i| i + 1);
         let region = &bytes[..end];
         #[cfg(not(target_arch = "wasm32"))]
-        if self.patience == 0 && self.rows > 0 {
+        if self.patience == 0 && self.rows > 0 && self.picker.is_none() {
             let borders = self.split.borders(region, eol);
             if !borders.is_empty() {
                 return self.rows_of_parts(region, &borders);
@@ -185,6 +227,15 @@ impl Body {
         }
         self.next_patience = 1;
         let width = self.columns.len();
+        if self.picker.is_some() {
+            let block = std::mem::take(&mut self.block);
+            for row in block.chunks_exact(width) {
+                self.row.copy_from_slice(row);
+                self.push_row(0)?;
+            }
+            self.block = block;
+            return Ok(next);
+        }
         self.begin_rows(self.block.len() / width, next - pos)?;
         for (i, column) in self.columns.iter_mut().enumerate() {
             column.take(&self.block, width, i);
@@ -268,6 +319,10 @@ impl Body {
     /// Any cell.
     #[cold]
     fn cell(&mut self, index: usize, cell: Cell) -> Result<(), ImportError> {
+        if self.columns[index].kind == Kind::Left {
+            self.row[index] = f64::NAN;
+            return Ok(());
+        }
         let mut found = content(cell.text, self.dialect.decimal);
         if found == Content::Text && self.dialect.decimal_open {
             found = content(cell.text, b',');
@@ -341,6 +396,10 @@ impl Body {
     }
 
     fn push_row(&mut self, inner_lines: usize) -> Result<(), ImportError> {
+        if self.picker.as_mut().is_some_and(|p| !p.takes(&self.row)) {
+            self.line += 1 + inner_lines;
+            return Ok(());
+        }
         self.begin_rows(1, 0)?;
         for (column, value) in self.columns.iter_mut().zip(&self.row) {
             column.push(*value);
@@ -380,6 +439,8 @@ impl Body {
             column.finish(&table.name, &mut table.columns, &mut table.text_columns, &mut self.warnings)?;
         }
         table.warnings = self.warnings.finish();
+        table.warnings.extend(self.keep.warning());
+        table.take_rests();
         Ok(table)
     }
 

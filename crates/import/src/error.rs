@@ -1,5 +1,6 @@
 //! Why a file does not become a drive: one sentence each, naming the place, what was expected and what was found.
 
+use crate::keep::Offer;
 use crate::source::ReadError;
 
 /// Columns beyond this are refused.
@@ -127,6 +128,11 @@ pub enum ImportError {
         "{file}, row {row}: expected to hold {columns} columns in memory, found no more of it; choose fewer columns or cut the file."
     )]
     OutOfMemory { file: String, row: usize, columns: usize },
+    /// The file would take more memory than it may.
+    #[error(
+        "{file}: expected a log that fits into {limit} MB, found one that needs about {needed} MB ({rows} rows of {columns} columns); read {offer}."
+    )]
+    TooLarge { file: String, needed: u64, limit: u64, rows: u64, columns: usize, offer: Offer },
     /// Something in a file of a known format that is not as the format has it.
     #[error("{file}, {place}: expected {expected}, found {found}; {advice}.")]
     Form { file: String, place: String, expected: String, found: String, advice: &'static str },

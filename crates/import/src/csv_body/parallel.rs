@@ -46,7 +46,7 @@ struct Part {
 
 impl Part {
     fn parse(plain: Plain, bytes: &[u8], rows: usize) -> Self {
-        let column = |kind: &Kind| Vec::with_capacity(if *kind == Kind::Text { 0 } else { rows });
+        let column = |kind: &Kind| Vec::with_capacity(if kind.is_kept() { rows } else { 0 });
         let mut part = Self { columns: plain.kinds.iter().map(column).collect(), rows: 0, bytes: 0 };
         let (mut block, width) = (Vec::new(), plain.kinds.len());
         loop {
@@ -55,7 +55,7 @@ impl Part {
                 return part;
             }
             for (i, (column, kind)) in part.columns.iter_mut().zip(plain.kinds).enumerate() {
-                if *kind != Kind::Text {
+                if kind.is_kept() {
                     column.extend(block.iter().skip(i).step_by(width));
                 }
             }

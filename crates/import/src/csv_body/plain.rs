@@ -65,6 +65,14 @@ impl Plain<'_> {
         self.ended(bytes, f64::NAN, pos + length)
     }
 
+    /// Whatever stands there, without quotes.
+    fn unquoted(&self, bytes: &[u8], pos: usize) -> Option<PlainCell> {
+        let Cut { separator, eol, .. } = self.cut;
+        let length = bytes[pos..].iter().position(|&b| b == separator || b == eol)?;
+        let end = pos + length;
+        (!bytes[pos..end].contains(&b'"')).then_some((f64::NAN, end + 1, bytes[end] == eol))
+    }
+
     /// Parse plain rows from `pos` on, at most [`BLOCK`], into `values`, row after row; where the first one begins that was
     /// not parsed, because it is not plain, not whole or too many.
     pub fn rows(&self, bytes: &[u8], mut pos: usize, values: &mut Vec<f64>) -> usize {
@@ -121,7 +129,11 @@ impl Plain<'_> {
         if first {
             return None;
         }
-        let word = if kind == Kind::Text { self.word(bytes, pos) } else { None };
+        let word = match kind {
+            Kind::Text => self.word(bytes, pos),
+            Kind::Left => self.unquoted(bytes, pos),
+            _ => None,
+        };
         word.or_else(|| self.blank(bytes, pos))
     }
 }

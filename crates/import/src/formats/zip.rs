@@ -115,10 +115,12 @@ impl Zip {
         if !head.starts_with(b"PK\x03\x04") || head.len() < 30 {
             return Err(self.bad(&place, &format!("its header at offset {}", member.header), "something else"));
         }
-        let offset = member.header + 30 + le(&head, 26, 2) + le(&head, 28, 2);
+        let offset = member.header.saturating_add(30 + le(&head, 26, 2) + le(&head, 28, 2));
+        // Deflate packs a thousandfold at most, and no more of it than the archive has: what is said beyond is not believed.
+        let packed = member.packed.min(source.len().saturating_sub(offset));
         let context = Context {
             part: member.name.clone(),
-            bytes: Some(member.unpacked).filter(|u| *u < 2000 * member.packed.max(1)),
+            bytes: Some(member.unpacked).filter(|u| *u <= packed.saturating_mul(1100)),
             depth: self.context.depth + 1,
             ..self.context.clone()
         };
