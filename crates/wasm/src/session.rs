@@ -273,7 +273,7 @@ impl Session {
         if name == "compass" {
             return self.compass.field(which);
         }
-        self.slots.get(name)?.series(which)
+        self.slots.get(name)?.series(which, &self.drive)
     }
 
     fn column(&self, source: &str, column: &str) -> Option<(&Series, usize)> {
