@@ -198,6 +198,30 @@ test('reading can be stopped in the middle; the drive that was open stays and th
   await context.close();
 });
 
+test('a log that does not fit into memory is refused before it is read, and the part that is offered opens', async () => {
+  const { page, context, errors } = await open(stage.browser, stage.url);
+  await estimated(page);
+  const name = await openDrive(page);
+  // Blank cells take a byte in the file and eight in memory: 220 MB need more than the 1.5 GB that are allowed.
+  const make = () => {
+    const blank = ','.repeat(100);
+    const header = `t,accel_x,${Array.from({ length: 100 }, (_, i) => `c${i}`).join(',')}\n`;
+    const piece = (k) => Array.from({ length: 10_000 }, (_, i) => `${((k * 10_000 + i) / 100).toFixed(2)},0.5${blank}\n`).join('');
+    return new Blob([header, ...Array.from({ length: 200 }, (_, k) => new Blob([piece(k)]))]);
+  };
+  await drop(page, [{ name: 'large.csv', make }]);
+  await alert(page).getByText('large.csv: expected a log that fits into').waitFor({ timeout: 60_000 });
+  assert.equal(await openDrive(page), name);
+  assert.equal(await page.getByLabel('Names of columns, with commas between them').count(), 1);
+  assert.match(await alert(page).textContent(), /Read its first/);
+  await page.getByRole('button', { name: 'Read one row in 2' }).click();
+  await page.waitForFunction(() => document.querySelector('.drive-chooser')?.textContent.includes('large.csv'), undefined, { timeout: 120_000 });
+  assert.match(await page.locator('.report').textContent(), /only a part was read: one row in 2/);
+  assert.equal(await page.locator('.offer:visible').count(), 0);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
 /** A KITTI drive in a folder, as its archive holds it. */
 function kittiFolder() {
   const folder = mkdtempSync(join(tmpdir(), 'drivescope-kitti-'));

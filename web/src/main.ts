@@ -17,6 +17,7 @@ import type { Trial } from './gallery/door';
 import type { Gallery } from './gallery/gallery';
 import { listenToKeys } from './keys';
 import { t } from './messages';
+import { offerIn } from './panel/offer';
 import { ReportPanel } from './panel/report';
 import { errorBanner, statusLine } from './panel/status';
 import { TunePanel } from './panel/tune';
@@ -33,6 +34,7 @@ import { modeView } from './views/mode';
 import { slopeView } from './views/slope';
 import { TrajectoryView } from './views/trajectory';
 import { Transport } from './views/transport';
+import type { OpenRequest } from './worker/rpc';
 
 /** Seconds of a long drive that are simulated before they are estimated and shown; the rest follows. */
 const FIRST_LOOK = 120;
@@ -116,6 +118,13 @@ async function openDropped(files: File[]): Promise<void> {
   if (await openFiles(store, session, files, FIRST_LOOK, (text) => doctor.applySaved(text))) side.showReport(true);
 }
 
+/** Open a part of a log that does not fit as a whole. */
+async function openPart(request: OpenRequest, label: string): Promise<void> {
+  if (!(await session.open(request, label))) return;
+  side.showReport(true);
+  await session.runAll();
+}
+
 function savePictures(): void {
   for (const [name, canvases] of [...rooms.pictures(), ['trajectory', [trajectory.canvas]] as const]) {
     picture([...canvases]).toBlob((blob) => blob && save(`${name}.png`, blob, 'image/png'));
@@ -148,7 +157,7 @@ document.querySelector('#app')?.replaceWith(
     'div.page',
     {},
     bar.element,
-    errorBanner(store),
+    offerIn(errorBanner(store), store, (request, label) => void openPart(request, label).catch(tell)),
     h('main', {}, rooms.element, h('div.side-column', {}, trajectory.element, side.element)),
     transport.element,
     dropTarget((files) => void openDropped(files)),

@@ -22,6 +22,7 @@ function staged(parts: DrivePart[], breaks = false): { said: string[]; readers: 
     },
     head: () => HEAD,
     next_part: () => parts.shift(),
+    offer: () => undefined,
     cancel: () => said.push('reader cancelled'),
   };
   const door = {
@@ -30,7 +31,7 @@ function staged(parts: DrivePart[], breaks = false): { said: string[]; readers: 
     end_parts: () => said.push('open'),
     cancel_parts: () => said.push('parts cancelled'),
   };
-  const readers = new FileReaders({ role, reader: () => reader, reset: () => said.push('memory given back') }, new Shelf((f) => f));
+  const readers = new FileReaders({ role, reader: () => reader, reset: () => said.push('memory given back') }, new Shelf((f) => f), 1e9);
   return { said, readers, making: new Making(readers, (budget) => readers.read_some(budget), door as unknown as Door) };
 }
 

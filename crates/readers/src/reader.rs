@@ -1,7 +1,7 @@
 //! The calls of JavaScript.
 
 use drivescope_door::{Handover, Progress, plain, sentence};
-use drivescope_import::{Format, Mapping, Opening, Source, open_log};
+use drivescope_import::{Format, ImportError, Keep, Mapping, Offer, Opening, Source, open_log};
 use js_sys::{Array, Date};
 use wasm_bindgen::prelude::*;
 use web_sys::File;
@@ -28,6 +28,7 @@ pub fn role(file: File) -> Result<String, JsError> {
 pub struct Reader {
     reading: Option<Reading>,
     read: Option<Handover>,
+    offer: Option<Offer>,
 }
 
 /// Files that are being read.
@@ -47,12 +48,15 @@ impl Reader {
     }
 
     /// Start reading dropped files, which are one drive; `mapping` is the text of a saved mapping, undefined lets the
-    /// reader propose one.
-    pub fn begin(&mut self, files: Vec<File>, mapping: Option<String>) -> Result<(), JsError> {
+    /// reader propose one; `keep` says as JSON what is read of a large file ([`Keep`]), undefined all of it.
+    pub fn begin(&mut self, files: Vec<File>, mapping: Option<String>, keep: Option<String>) -> Result<(), JsError> {
         self.cancel();
         let mapping = mapping.map(|text| Mapping::from_json(&text, "mapping.json")).transpose().map_err(sentence)?;
         let sources = files.into_iter().map(|f| -> Box<dyn Source> { Box::new(Dropped::new(f)) }).collect();
-        let opening = Opening::new(sources).map_err(sentence)?;
+        let mut opening = Opening::new(sources).map_err(sentence)?;
+        if let Some(keep) = keep {
+            opening.keep(serde_json::from_str::<Keep>(&keep).map_err(sentence)?);
+        }
         self.reading = Some(Reading { opening, mapping, is_read: false });
         Ok(())
     }
@@ -62,7 +66,7 @@ impl Reader {
         let deadline = Date::now() + budget_ms;
         let Some(mut reading) = self.reading.take() else { return Err(JsError::new("nothing is being read")) };
         while !reading.is_read {
-            reading.is_read = !reading.opening.step().map_err(sentence)?;
+            reading.is_read = !reading.opening.step().map_err(|e| self.refused(&e))?;
             if reading.is_read || Date::now() >= deadline {
                 let progress = reading.opening.progress();
                 let stage = if reading.is_read { "mapping" } else { "reading" };
@@ -93,8 +97,22 @@ impl Reader {
         part
     }
 
+    /// What would make the file fit that was refused for its size: columns, seconds, every nth row; undefined otherwise.
+    pub fn offer(&self) -> Result<JsValue, JsError> {
+        self.offer.as_ref().map_or(Ok(JsValue::UNDEFINED), plain)
+    }
+
     /// Give up what is being read or was read.
     pub fn cancel(&mut self) {
-        (self.reading, self.read) = (None, None);
+        (self.reading, self.read, self.offer) = (None, None, None);
+    }
+}
+
+impl Reader {
+    fn refused(&mut self, error: &ImportError) -> JsError {
+        if let ImportError::TooLarge { offer, .. } = error {
+            self.offer = Some(*offer);
+        }
+        sentence(error)
     }
 }

@@ -24,7 +24,7 @@ fn file(name: &str, content: &str) -> File {
 
 /// Read to the end; how many calls it took.
 fn read(reader: &mut Reader, files: Vec<File>, mapping: Option<&str>) -> Result<usize, String> {
-    reader.begin(files, mapping.map(String::from)).map_err(text)?;
+    reader.begin(files, mapping.map(String::from), None).map_err(text)?;
     for calls in 1.. {
         let progress = reader.read_some(20.0).map_err(text)?;
         if get(&progress, "done").as_bool().unwrap() {
@@ -108,7 +108,7 @@ fn a_broken_file_is_one_sentence_and_the_next_one_is_read() {
 #[wasm_bindgen_test]
 fn reading_comes_in_pieces_says_how_far_it_is_and_can_be_given_up() {
     let mut reader = Reader::new();
-    reader.begin(vec![file("long.csv", &log(200_000))], None).map_err(text).unwrap();
+    reader.begin(vec![file("long.csv", &log(200_000))], None, None).map_err(text).unwrap();
     let progress = reader.read_some(0.0).map_err(text).unwrap();
     let fraction = get(&progress, "fraction").as_f64().unwrap();
     assert!(!get(&progress, "done").as_bool().unwrap() && fraction > 0.0 && fraction < 1.0, "{fraction}");
@@ -159,4 +159,25 @@ fn a_file_that_seeks_is_read_from_many_places() {
 fn crc32(bytes: &[u8]) -> u32 {
     let step = |crc: u32, _| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 };
     !bytes.iter().fold(!0, |crc, &b| (0..8).fold(crc ^ u32::from(b), step))
+}
+
+#[wasm_bindgen_test]
+fn a_file_that_does_not_fit_is_refused_with_an_offer_that_fits() {
+    let begin = |reader: &mut Reader, keep: &str| {
+        reader.begin(vec![file("large.csv", &log(20_000))], None, Some(keep.into())).map_err(text).unwrap();
+        loop {
+            let progress = reader.read_some(20.0).map_err(text)?;
+            if get(&progress, "done").as_bool().unwrap() {
+                return Ok::<_, String>(());
+            }
+        }
+    };
+    let mut reader = Reader::new();
+    let refused = begin(&mut reader, "{\"memory\":600000}").unwrap_err();
+    assert!(refused.starts_with("large.csv: expected a log that fits into"), "{refused}");
+    let every = get(&reader.offer().map_err(text).unwrap(), "every").as_f64().unwrap();
+    assert!((2.0..=4.0).contains(&every), "{every}");
+    begin(&mut reader, &format!("{{\"memory\":600000,\"every\":{every}}}")).unwrap();
+    assert!(reader.offer().map_err(text).unwrap().is_undefined());
+    assert!(parts(&mut reader)[0].2.len() <= 20_000);
 }
