@@ -18,6 +18,7 @@ import type { Gallery } from './gallery/gallery';
 import type { Loops } from './loops/gallery-loops';
 import { listenToKeys } from './keys';
 import { t } from './messages';
+import { offerIn } from './panel/offer';
 import { ReportPanel } from './panel/report';
 import { errorBanner, statusLine } from './panel/status';
 import { TunePanel } from './panel/tune';
@@ -34,6 +35,7 @@ import { modeView } from './views/mode';
 import { slopeView } from './views/slope';
 import { TrajectoryView } from './views/trajectory';
 import { Transport } from './views/transport';
+import type { OpenRequest } from './worker/rpc';
 
 /** Seconds of a long drive that are simulated before they are estimated and shown; the rest follows. */
 const FIRST_LOOK = 120;
@@ -134,6 +136,13 @@ async function openDropped(files: File[]): Promise<void> {
   if (await openFiles(store, session, files, FIRST_LOOK, (text) => doctor.applySaved(text))) side.showReport(true);
 }
 
+/** Open a part of a log that does not fit as a whole. */
+async function openPart(request: OpenRequest, label: string): Promise<void> {
+  if (!(await session.open(request, label))) return;
+  side.showReport(true);
+  await session.runAll();
+}
+
 function savePictures(): void {
   for (const [name, canvases] of [...rooms.pictures(), ['trajectory', [trajectory.canvas]] as const]) {
     picture([...canvases]).toBlob((blob) => blob && save(`${name}.png`, blob, 'image/png'));
@@ -167,7 +176,7 @@ document.querySelector('#app')?.replaceWith(
     'div.page',
     {},
     bar.element,
-    errorBanner(store),
+    offerIn(errorBanner(store), store, (request, label) => void openPart(request, label).catch(tell)),
     h('main', {}, rooms.element, h('div.side-column', {}, trajectory.element, side.element)),
     transport.element,
     dropTarget((files) => void openDropped(files)),

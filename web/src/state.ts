@@ -5,7 +5,7 @@ import type { RoomName } from './room-names';
 import { Signal } from './signal';
 import { type Tuning, UNTUNED } from './tuning';
 import { DEFAULT_DISPLAY, type Display } from './units';
-import type { RunReply } from './worker/rpc';
+import type { Offer, OpenRequest, RunReply } from './worker/rpc';
 
 /** A stretch of time, s. */
 export interface Span {
@@ -60,6 +60,8 @@ export class Store {
   readonly report = new Signal<DriveReport | null>(null);
   readonly work = new Signal<Work | null>(null);
   readonly error = new Signal<string | null>(null);
+  /** What can be read of a log that does not fit into memory, with what asked for it. */
+  readonly offer = new Signal<(Offer & { request: Extract<OpenRequest, { kind: 'files' }>; label: string }) | null>(null);
   /** Whether the rest of a drive waits to be asked for, because someone stopped it or opening another has failed. */
   readonly isRestHeld = new Signal(false);
   readonly builtIn = new Signal<{ name: string; seed: number | null } | null>(null);

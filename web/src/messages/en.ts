@@ -1,11 +1,13 @@
 /** English. Texts that the core writes (parameter descriptions, errors) come from there and are shown as they are. */
 
 import type { RoomName } from '../room-names';
+import { files } from './files';
 import { compass, gate, variants } from './magnetic';
 import { loops } from './loops';
 import { road } from './road';
 
 export const en = {
+  files,
   variants,
   gate,
   compass,
@@ -109,14 +111,11 @@ export const en = {
     dismiss: 'Dismiss',
     dead: (reason: string) => `The estimating core stopped unexpectedly (${reason}). Reload the page to go on.`,
     worker: 'The estimating core could not be loaded. Reload the page.',
-    readers: (name: string) => `${name}: what reads files could not be loaded. Look at the connection and open the file again.`,
-    mappingJson: (name: string, reason: string) => `${name}: expected a column mapping as JSON, found ${reason}`,
-    mappingAlone: (name: string) => `${name}: a mapping alone opens nothing; drop it together with its log`,
     runFailed: (title: string, reason: string) => `${title}: ${reason}`,
   },
   drop: {
     title: 'Drop to open',
-    hint: 'A CSV log, alone or with its mapping (JSON) and its raw GNSS (CSV), or a drive to simulate (JSON). Nothing leaves this computer.',
+    hint: 'A log of any format (CSV, MDF 4, BLF, MCAP, NMEA and more), or several files or a folder of one drive, with the DBC of a bus log, a mapping (JSON), raw GNSS (CSV); or a drive to simulate (JSON). Nothing leaves this computer.',
   },
   rooms: {
     label: 'Rooms',

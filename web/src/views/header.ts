@@ -114,7 +114,7 @@ function fileName(report: DriveReport | null): string {
 }
 
 export function header(store: Store, session: Session, actions: HeaderActions, chooser: HTMLElement, status: HTMLElement): { element: HTMLElement; openDialog: () => void } {
-  const input = h('input', { type: 'file', multiple: true, hidden: true, accept: '.csv,.txt,.tsv,.json,text/csv,application/json', 'aria-label': t.header.openFile, tabindex: '-1' });
+  const input = h('input', { type: 'file', multiple: true, hidden: true, 'aria-label': t.header.openFile, tabindex: '-1' });
   input.addEventListener('change', () => {
     actions.openFiles([...(input.files ?? [])]);
     input.value = '';
