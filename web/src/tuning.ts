@@ -90,15 +90,18 @@ export interface Address {
   drive: string | null;
   seed: number | null;
   room: RoomName;
+  /** What plots are drawn over; time where it is not said. */
+  over?: 'distance' | 'time';
   tuning: Tuning;
 }
 
 /** The part of an address after `#`. */
-export function toHash({ drive, seed, room, tuning }: Address): string {
+export function toHash({ drive, seed, room, over, tuning }: Address): string {
   const search = new URLSearchParams();
   if (drive !== null) search.set('drive', drive);
   if (seed !== null) search.set('seed', String(seed));
   if (room !== 'overview') search.set('room', room);
+  if (over === 'distance') search.set('over', over);
   if (tuning.vehicle !== null) search.set('vehicle', tuning.vehicle);
   for (const [estimator, own] of Object.entries(tuning.params)) {
     for (const [name, value] of Object.entries(own)) search.set(`${estimator}.${name}`, String(value));
@@ -141,6 +144,7 @@ export function fromHash(hash: string, catalogue: Catalogue): Address {
     drive: catalogue.drives.some((d) => d.name === drive) ? drive : null,
     seed: seed !== null && /^\d{1,15}$/.test(seed) ? Number(seed) : null,
     room: ROOM_NAMES.find((name) => name === search.get('room')) ?? 'overview',
+    ...(search.get('over') === 'distance' ? { over: 'distance' as const } : {}),
     tuning,
   };
 }

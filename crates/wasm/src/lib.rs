@@ -7,6 +7,7 @@
 #[cfg(feature = "compass")]
 mod compass;
 mod opening;
+mod profile;
 mod reports;
 mod runs;
 mod session;

@@ -26,9 +26,10 @@ pub struct Session {
     pub(crate) drive: Drive,
     #[cfg(feature = "compass")]
     pub(crate) compass: crate::compass::Compass,
+    pub(crate) road: crate::profile::Road,
     report: DriveReport,
     opening: Option<Opening>,
-    slots: Slots,
+    pub(crate) slots: Slots,
 }
 
 impl Default for Session {
@@ -48,6 +49,7 @@ impl Session {
             #[cfg(feature = "compass")]
             compass: Default::default(),
             drive,
+            road: Default::default(),
             report,
             opening: None,
             slots: Slots::new(),
@@ -240,7 +242,7 @@ impl Session {
     /// The value of a column at a time, between samples on the straight line; NaN if there is none.
     pub fn value_at(&self, source: &str, column: &str, t: f64) -> f64 {
         let Some((series, index)) = self.column(source, column) else { return f64::NAN };
-        if matches!(column, "mode" | "gate" | "gate_reason") {
+        if matches!(column, "mode" | "gate" | "gate_reason") || source == "road:lamps" {
             held(series, column, t)
         } else {
             series.interpolate(index, t, visible_gap(series))
@@ -296,6 +298,7 @@ impl Session {
             self.compass = Default::default();
         }
         self.slots = Slots::new();
+        self.road.clear();
         Progress { done: true, fraction: 1.0, stage: "reading", rows: self.drive.imu.len() }
     }
 
@@ -316,10 +319,13 @@ impl Session {
         if name == "compass" {
             return self.compass.field(which);
         }
+        if name == "road" {
+            return self.road.series(which);
+        }
         self.slots.get(name)?.series(which)
     }
 
-    fn column(&self, source: &str, column: &str) -> Option<(&Series, usize)> {
+    pub(crate) fn column(&self, source: &str, column: &str) -> Option<(&Series, usize)> {
         if source == "drive" {
             return self.drive.column(column);
         }

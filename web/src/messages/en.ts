@@ -1,6 +1,7 @@
 /** English. Texts that the core writes (parameter descriptions, errors) come from there and are shown as they are. */
 
 import type { RoomName } from '../room-names';
+import { axis } from './axis';
 import { compass, gate, variants } from './magnetic';
 import { road } from './road';
 
@@ -8,6 +9,7 @@ export const en = {
   variants,
   gate,
   compass,
+  axis,
   road,
   name: 'Drivescope',
   header: {
@@ -140,7 +142,7 @@ export const en = {
     trouble: (title: string, what: string, count: string) => `${title} is not to be believed here: ${what} (${count === "1" ? "once" : `${count} times`}).`,
     notRunnable: (title: string, missing: string) => `${title} cannot run on this log: no ${missing}.`,
     noPosition: 'This log has no positions to draw.',
-    plotLabel: (title: string, unit: string) => `${title}${unit ? ` in ${unit}` : ''} over time. The table holds the numbers.`,
+    plotLabel: (title: string, unit: string) => `${title}${unit ? ` in ${unit}` : ''} over time or distance. The table holds the numbers.`,
     mapLabel: 'Trajectory seen from above, north up. The table holds the numbers.',
     source: 'Estimate',
   },
@@ -322,9 +324,10 @@ export const en = {
       ['+ −', 'zoom in or out about the cursor'],
       ['0', 'show the whole drive'],
       ['[ ]', 'move what is shown'],
-      ['1 2 3', 'go to a view of the room that is open, from top to bottom'],
+      ['1 2 3 5', 'go to a view of the room that is open, from top to bottom'],
       ['4', 'go to the trajectory'],
       ['V', 'the next room: overview, road, …'],
+      ['X', 'plots over time or over distance'],
       ['P', 'go to the parameters'],
       ['Ctrl+Z, Ctrl+Shift+Z', 'undo or redo a parameter'],
       ['D', 'choose a built-in drive'],

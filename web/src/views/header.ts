@@ -143,11 +143,12 @@ export function header(store: Store, session: Session, actions: HeaderActions, c
 export function followAddress(store: Store, changed: (hash: string) => void): void {
   const write = (): void => {
     const builtIn = store.builtIn.value;
-    const hash = toHash({ drive: builtIn?.name ?? null, seed: builtIn?.seed ?? null, room: store.room.value, tuning: store.tuning.value });
+    const hash = toHash({ drive: builtIn?.name ?? null, seed: builtIn?.seed ?? null, room: store.room.value, over: store.over.value, tuning: store.tuning.value });
     history.replaceState(null, '', hash === '' ? location.pathname + location.search : `#${hash}`);
   };
   store.tuning.on(write);
   store.room.on(write);
+  store.over.on(write);
   store.builtIn.on(write);
   addEventListener('hashchange', () => changed(location.hash));
 }

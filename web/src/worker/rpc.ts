@@ -2,6 +2,7 @@
 
 import type { CompassOperations } from '../compass/door';
 import type { Catalogue, Comparison, DriveReport, ParamValue, Progress, RunReport } from '../door';
+import type { RoadOperations } from '../road/door';
 
 export type OpenRequest =
   /** `composed` is a drive's JSON text, null for a built-in one. With `first`, done once that many seconds are simulated: the report says that it is partial, and asking again goes on. */
@@ -27,7 +28,7 @@ export interface RunReply {
 }
 
 /** Every operation: what it takes and what it gives. */
-export interface Operations extends CompassOperations {
+export interface Operations extends CompassOperations, RoadOperations {
   catalogue: { takes: Record<string, never>; gives: Catalogue };
   open: { takes: OpenRequest; gives: DriveReport };
   run: { takes: { estimator: string; params: Record<string, ParamValue>; vehicle: string | null }; gives: RunReply };
