@@ -14,7 +14,7 @@ use js_sys::{Float64Array, Uint8Array};
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
-use crate::reports::{plain, sentence};
+use drivescope_door::{plain, sentence};
 use crate::session::Session;
 
 /// What a session keeps of roads; passes outlive the drive.
