@@ -51,7 +51,7 @@ export class AccelerationFigures {
   async #load(): Promise<void> {
     const store = this.#store;
     this.element.hidden = !isRunnable(store.report.value, 'slope');
-    if (this.element.hidden || !this.element.isConnected) return;
+    if (this.element.hidden || !this.element.checkVisibility()) return;
     const { t0, t1 } = this.#isWhole ? store.span.value : store.window.value;
     const spreads = await this.#session.rpc.call('spread', { items: ROWS.map(({ source, column }) => ({ source, column })), t0, t1 });
     const isWhole = t0 <= store.span.value.t0 && t1 >= store.span.value.t1;
@@ -60,7 +60,7 @@ export class AccelerationFigures {
     const row = (name: string, values: readonly (number | undefined)[], title?: string): HTMLElement =>
       h('tr', title === undefined ? {} : { title, class: 'paper' }, h('th', { scope: 'row' }, name), ...values.map((value) => h('td', {}, formatFixed(value, 3))));
     this.#body.replaceChildren(
-      ...ROWS.map(({ name }, i) => row(names[name], Array.from(spreads[i]?.slice(2) ?? []))),
+      ...ROWS.map(({ name }, i) => row(names[name], [2, 3, 4].map((k) => spreads[i]?.[k]))),
       ...PAPER.map(({ name, values }) => row(names[name], values, paperTitle)),
     );
   }

@@ -62,6 +62,9 @@ export class LampLane {
   #why = h('p.lamp-why');
   #reasons: string[] = [];
   readonly #read = latest(() => this.#load());
+  readonly #askLight = latest(() => this.#light());
+  /** There is a result whose lamps have not been found out. */
+  #isDue = true;
   /** The lamps are there to be drawn. */
   onLit: () => void = () => {};
 
@@ -78,15 +81,17 @@ export class LampLane {
       this.#strip.redraw();
     });
     store.cursor.on(this.#read);
-    const light = latest(() => this.#light());
     store.run('slope').on((now, before) => {
-      if (now.reply !== before.reply) light();
+      if (now.reply === before.reply) return;
+      this.#isDue = true;
+      this.#askLight();
     });
-    light();
   }
 
-  /** Have the core find out what can be known. */
+  /** Have the core find out what can be known, when it can be seen. */
   async #light(): Promise<void> {
+    if (!this.#isDue || !this.element.parentElement?.checkVisibility()) return;
+    this.#isDue = false;
     const isThere = this.#store.run('slope').value.reply !== null;
     this.element.hidden = !isThere;
     if (!isThere) return;
@@ -96,6 +101,7 @@ export class LampLane {
   }
 
   items(): GridItem[] {
+    this.#askLight();
     return this.element.hidden ? [] : LAMPS.map((column) => ({ source: SOURCE, column, step: true }));
   }
 
