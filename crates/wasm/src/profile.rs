@@ -14,8 +14,8 @@ use js_sys::{Float64Array, Uint8Array};
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
-use drivescope_door::{plain, sentence};
 use crate::session::Session;
+use drivescope_door::{plain, sentence};
 
 /// What a session keeps of roads; passes outlive the drive.
 #[derive(Default)]
