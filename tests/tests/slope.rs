@@ -73,7 +73,10 @@ fn the_plot_of_the_motorway_drive_in_the_documents_is_what_comes_out() {
     let corrected = run_two_way(&drive, &params, None).unwrap();
     let told = |series: &Series| {
         let found = grade(series, &drive);
-        (found.bias.to_degrees(), format!("{:.3} and {:.2} deg", found.correlation, found.rmse_centred.to_degrees()))
+        (
+            found.bias.to_degrees(),
+            format!("correlation {:.3}, RMS {:.2} deg", found.correlation, found.rmse_centred.to_degrees()),
+        )
     };
     let ((bias, causal_told), (_, corrected_told)) = (told(&causal), told(&corrected));
     let names = [

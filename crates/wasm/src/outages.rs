@@ -49,7 +49,7 @@ impl Session {
     /// How the current result of `blinded` went off in windows: against the truth, or, where the drive has none, against the
     /// current result of `seeing`.
     pub fn drift(&self, blinded: &str, seeing: &str, flat: &[f64]) -> Result<JsValue, JsError> {
-        let current = |name: &str| self.slots.get(name).and_then(|slot| slot.series("current"));
+        let current = |name: &str| self.slots.get(name).and_then(|slot| slot.series("current", &self.drive));
         let Some(series) = current(blinded) else { return Ok(JsValue::NULL) };
         plain(&drift(series, &self.drive, current(seeing), &windows(flat)))
     }

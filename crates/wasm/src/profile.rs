@@ -162,7 +162,7 @@ impl Session {
 impl Session {
     /// The laps of the drive by the current slope estimate; `None` before there is one.
     fn laps(&self) -> Result<Option<Vec<RoadProfile>>, JsError> {
-        let Some(estimate) = self.slots.get("slope").and_then(|slot| slot.series("current")) else { return Ok(None) };
-        RoadProfile::of_pass(estimate, &self.drive, SPACING).map(|pass| Some(pass.laps())).map_err(sentence)
+        let Some(run) = self.slots.get("slope").and_then(|slot| slot.current.as_ref()) else { return Ok(None) };
+        RoadProfile::of_pass(&run.series, &self.drive, SPACING).map(|pass| Some(pass.laps())).map_err(sentence)
     }
 }

@@ -279,7 +279,7 @@ impl Session {
         if name == "road" {
             return self.road.series(which);
         }
-        self.slots.get(name)?.series(which)
+        self.slots.get(name)?.series(which, &self.drive)
     }
 
     pub(crate) fn column(&self, source: &str, column: &str) -> Option<(&Series, usize)> {
