@@ -1,6 +1,7 @@
 /** What crosses the door of the core (crates/wasm): plain objects with the core's own names, SI units and radians. */
 
 import type { CompassDoor } from './compass/door';
+import type { RoadDoor } from './road/door';
 
 export type ParamValue = number | boolean | string | null;
 
@@ -206,7 +207,7 @@ export type DriveHead = [string, Float64Array | undefined, number | undefined, n
 export type DrivePart = [string, string[], Float64Array, Float64Array[]];
 
 /** The session as the worker sees it. */
-export interface Door extends CompassDoor {
+export interface Door extends CompassDoor, RoadDoor {
   catalogue(): Omit<Catalogue, 'drives'>;
   begin_parts(...head: DriveHead): void;
   add_part(...part: DrivePart): void;

@@ -65,7 +65,7 @@ const rooms = new Rooms(store, {
     elements: [...views.map((v) => v.element), mode.element],
     pictures: () => [...views, mode].map((v, i) => [['attitude', 'slope', 'mode'][i] ?? '', v.canvases()]),
   }),
-  road: async () => (await import('./views/road')).roadRoom(store, session),
+  road: async () => (await import('./views/road')).roadRoom(store, session, history),
 });
 
 async function openBuiltIn(name: string, seed: number | null = null): Promise<void> {
@@ -217,10 +217,12 @@ async function start(): Promise<void> {
   store.tuning.value = address.tuning;
   store.room.value = address.room;
   store.overlays.value = address.overlays;
+  store.over.value = address.over ?? 'time';
   followAddress(store, (hash) => {
-    const { tuning, drive, seed, room, overlays } = fromHash(hash, catalogue);
+    const { tuning, drive, seed, room, overlays, over } = fromHash(hash, catalogue);
     store.room.value = room;
     store.overlays.value = overlays;
+    store.over.value = over ?? 'time';
     history.push(tuning);
     store.tuning.value = tuning;
     if (drive !== null && (drive !== store.builtIn.value?.name || seed !== store.builtIn.value.seed)) void openBuiltIn(drive, seed);

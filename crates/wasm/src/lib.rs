@@ -9,6 +9,7 @@ mod compass;
 mod faults;
 mod opening;
 mod outages;
+mod profile;
 mod reports;
 mod runs;
 mod session;

@@ -2,6 +2,7 @@
 
 import type { RoomName } from '../room-names';
 import { files } from './files';
+import { axis } from './axis';
 import { compass, gate, variants } from './magnetic';
 import { loops } from './loops';
 import { road } from './road';
@@ -11,6 +12,7 @@ export const en = {
   variants,
   gate,
   compass,
+  axis,
   road,
   loops,
   name: 'Drivescope',
@@ -141,7 +143,7 @@ export const en = {
     trouble: (title: string, what: string, count: string) => `${title} is not to be believed here: ${what} (${count === "1" ? "once" : `${count} times`}).`,
     notRunnable: (title: string, missing: string) => `${title} cannot run on this log: no ${missing}.`,
     noPosition: 'This log has no positions to draw.',
-    plotLabel: (title: string, unit: string) => `${title}${unit ? ` in ${unit}` : ''} over time. The table holds the numbers.`,
+    plotLabel: (title: string, unit: string) => `${title}${unit ? ` in ${unit}` : ''} over time or distance. The table holds the numbers.`,
     mapLabel: 'Trajectory seen from above, north up. The table holds the numbers.',
     source: 'Estimate',
   },
@@ -323,9 +325,10 @@ export const en = {
       ['+ −', 'zoom in or out about the cursor'],
       ['0', 'show the whole drive'],
       ['[ ]', 'move what is shown'],
-      ['1 2 3', 'go to a view of the room that is open, from top to bottom'],
+      ['1 2 3 5', 'go to a view of the room that is open, from top to bottom'],
       ['4', 'go to the trajectory'],
       ['V', 'the next room: overview, road, …'],
+      ['X', 'plots over time or over distance'],
       ['P', 'go to the parameters'],
       ['Ctrl+Z, Ctrl+Shift+Z', 'undo or redo a parameter'],
       ['D', 'choose a built-in drive'],

@@ -146,12 +146,13 @@ export function header(store: Store, session: Session, actions: HeaderActions, c
 export function followAddress(store: Store, changed: (hash: string) => void): void {
   const write = (): void => {
     const builtIn = store.builtIn.value;
-    const hash = toHash({ drive: builtIn?.name ?? null, seed: builtIn?.seed ?? null, room: store.room.value, overlays: store.overlays.value, tuning: store.tuning.value });
+    const hash = toHash({ drive: builtIn?.name ?? null, seed: builtIn?.seed ?? null, room: store.room.value, overlays: store.overlays.value, over: store.over.value, tuning: store.tuning.value });
     history.replaceState(null, '', hash === '' ? location.pathname + location.search : `#${hash}`);
   };
   store.tuning.on(write);
   store.room.on(write);
   store.overlays.on(write);
+  store.over.on(write);
   store.builtIn.on(write);
   addEventListener('hashchange', () => changed(location.hash));
 }

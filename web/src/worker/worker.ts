@@ -232,6 +232,20 @@ const answers: {
   compass: (door, { year, latitude, longitude, withField }) => [door.compass(year, latitude, longitude, withField), []],
   compass_apply: (door, { calibration, mountYaw, clock }) => [(door.compass_apply(Float64Array.from([...calibration.offset, ...calibration.distortion]), calibration.kind === 'planar', mountYaw, clock), null), []],
   compass_undo: (door) => [(door.compass_undo(), null), []],
+  profile: (door, { name }) => [door.profile(name), []],
+  keep_pass: (door, { name }) => [(door.keep_pass(name), null), []],
+  forget_passes: (door) => [(door.forget_passes(), null), []],
+  profile_file: (door, { isMap }) => {
+    const bytes = door.profile_file(isMap);
+    return [bytes, [bytes.buffer]];
+  },
+  lamps: (door, { vehicle }) => [door.lamps(vehicle ?? undefined), []],
+  sensor_offers: (door) => [door.sensor_offers(), []],
+  spread: (door, { items, t0, t1 }) => [items.map((i) => door.spread(i.source, i.column, t0, t1)), []],
+  distance: (door, { source, column, t0, t1, count }) => {
+    const driven = door.distance(source, column, t0, t1, count);
+    return [driven, [driven.buffer]];
+  },
   grid: (door, { items, t0, t1, buckets }) => {
     const times = door.grid_times(t0, t1, buckets);
     const columns = items.map((i) => door.grid(i.source, i.column, t0, t1, buckets, i.step));
