@@ -3,6 +3,10 @@ declare module '*/generated/drivescope_wasm.js' {
   export class Session {}
   export default function init(): Promise<unknown>;
 }
+declare module '*/generated/drivescope_drives.js' {
+  export class Simulator {}
+  export default function init(): Promise<unknown>;
+}
 declare module '*/generated/drivescope_gallery.js' {
   export class Attempt {
     constructor(id: string);

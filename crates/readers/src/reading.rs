@@ -1,12 +1,11 @@
 //! Files on their way to a drive, read slice by slice.
 
+use drivescope_door::sentence;
 use drivescope_drive::drive::Drive;
 use drivescope_import::{CsvReader, Mapping, OpenReport, Table, is_raw_gnss, open_table, raw_gnss};
 use js_sys::{ArrayBuffer, Uint8Array};
 use wasm_bindgen::prelude::*;
 use web_sys::{File, FileReaderSync};
-
-use crate::reader::sentence;
 
 /// Bytes read from a file at a time.
 const SLICE: f64 = 2_097_152.0;

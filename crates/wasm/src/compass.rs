@@ -1,5 +1,6 @@
 //! The compass doctor: a drive's magnetometer examined, its calibration applied and taken back.
 
+use drivescope_door::{plain, sentence};
 use drivescope_drive::channel::{Channel, Series};
 use drivescope_drive::drive::Drive;
 use drivescope_drive::signals::{Gnss, Imu, Mag};
@@ -11,7 +12,6 @@ use drivescope_estimation::orientation::{DEFAULT_YEAR, OrientationParams, refere
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
-use crate::reports::{plain, sentence};
 use crate::session::Session;
 
 /// Points of the picture of readings.

@@ -23,6 +23,8 @@ pub struct Module {
 
 /// What the page loads first.
 pub const CORE: Module = Module { package: "drivescope-wasm", stem: "drivescope_wasm", folder: "crates/wasm" };
+/// What makes the simulated drives; the page loads it first, beside the core.
+pub const DRIVES: Module = Module { package: "drivescope-drives", stem: "drivescope_drives", folder: "crates/drives" };
 /// What the page loads when the gallery of papers is opened.
 pub const GALLERY: Module =
     Module { package: "drivescope-gallery", stem: "drivescope_gallery", folder: "crates/gallery" };
@@ -30,7 +32,7 @@ pub const GALLERY: Module =
 pub const READERS: Module =
     Module { package: "drivescope-readers", stem: "drivescope_readers", folder: "crates/readers" };
 /// All modules of the page.
-pub const MODULES: [&Module; 3] = [&CORE, &GALLERY, &READERS];
+pub const MODULES: [&Module; 4] = [&CORE, &DRIVES, &GALLERY, &READERS];
 
 /// Build everything that the page needs into `web/dist` and print sizes.
 ///

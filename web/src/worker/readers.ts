@@ -1,14 +1,12 @@
-/** The readers' module: loaded when the worker is idle or the first file comes, and what passes from it to the core. */
+/** The readers' module: loaded when the worker is idle or the first file comes. */
 
-import type { Door, DrivePart, DriveHead, Progress } from '../door';
+import type { Progress } from '../door';
+import type { Maker } from './making';
 
 /** The readers as the worker sees them (crates/readers). */
-export interface ReaderDoor {
+export interface ReaderDoor extends Maker {
   begin(files: File[], mapping: string | undefined): void;
   read_some(budgetMs: number): Progress;
-  head(): DriveHead;
-  next_part(): DrivePart | undefined;
-  cancel(): void;
 }
 
 let loading: Promise<ReaderDoor> | null = null;
@@ -25,42 +23,4 @@ export function readers(): Promise<ReaderDoor> {
       throw reason;
     });
   return loading;
-}
-
-/** Files on their way through the readers into the core. */
-export class Reading {
-  #reader: ReaderDoor;
-  #door: Door;
-  /** Rows of what has been read to its end. */
-  #rows: number | null = null;
-
-  constructor(reader: ReaderDoor, door: Door) {
-    this.#reader = reader;
-    this.#door = door;
-  }
-
-  begin(files: File[], mapping: string | null): void {
-    this.#door.cancel_open();
-    this.#reader.begin(files, mapping ?? undefined);
-  }
-
-  /** One piece of work: reading, or one part handed over; the core puts the drive in place when it has them all. */
-  some(budget: number): Progress {
-    if (this.#rows === null) {
-      const progress = this.#reader.read_some(budget);
-      if (!progress.done) return progress;
-      this.#rows = progress.rows;
-      this.#door.begin_parts(...this.#reader.head());
-    } else {
-      const part = this.#reader.next_part();
-      if (!part) return this.#door.open_some(budget);
-      this.#door.add_part(...part);
-    }
-    return { done: false, fraction: 1, stage: 'reading', rows: this.#rows };
-  }
-
-  cancel(): void {
-    this.#reader.cancel();
-    this.#door.cancel_open();
-  }
 }

@@ -2,7 +2,9 @@
 
 import type { Door, Progress } from '../door';
 import init, { Session } from '../generated/drivescope_wasm.js';
-import { Reading, readers } from './readers';
+import { type DrivesDoor, loadDrives } from './drives';
+import { Making } from './making';
+import { type ReaderDoor, readers } from './readers';
 import type { FromWorker, Operations, Request, ToWorker } from './rpc';
 
 /** Milliseconds of work between two looks at the messages. */
@@ -24,7 +26,7 @@ interface Job {
   finish(): unknown;
 }
 
-const ready = init().then(() => new Session() as unknown as Door);
+const ready = Promise.all([init().then(() => new Session() as unknown as Door), loadDrives()]);
 const jobs: Job[] = [];
 let isDead = false;
 
@@ -32,7 +34,7 @@ function post(message: FromWorker, transfer: Transferable[] = []): void {
   self.postMessage(message, { transfer });
 }
 
-/** A panic leaves the core unusable; anything else is a sentence for the reader. */
+/** A panic leaves a module unusable; anything else is a sentence for the reader. */
 function fail(id: number, reason: unknown): void {
   if (reason instanceof WebAssembly.RuntimeError) {
     isDead = true;
@@ -68,17 +70,13 @@ let resumable: Simulated | null = null;
 type Simulated = Extract<Operations['open']['takes'], { kind: 'simulation' }>;
 type Dropped = Extract<Operations['open']['takes'], { kind: 'files' }>;
 
-/** Samples of the inertial sensor in a second of a simulated drive. */
-const SIMULATED_RATE = 100;
-
 /** What an opened drive ends: every run of the one before. */
 function endRuns(): void {
   jobs.splice(0).forEach((job) => post({ id: job.id, ok: false, message: '', cancelled: true }));
 }
 
-function simulationJob(door: Door, id: number, args: Simulated): Job {
-  const first = args.first === null ? Infinity : args.first * SIMULATED_RATE;
-  let isPartial = false;
+function simulationJob(door: Door, drives: DrivesDoor, id: number, args: Simulated): Job {
+  const making = new Making(drives, (budget) => drives.simulate_some(budget), door);
   const goesOn = resumable?.name === args.name && resumable.seed === args.seed && resumable.composed === args.composed;
   return {
     id,
@@ -89,30 +87,27 @@ function simulationJob(door: Door, id: number, args: Simulated): Job {
     begin: () => {
       const isThere = goesOn && resumable !== null;
       resumable = null;
-      if (!isThere) door.begin_simulation(args.name, args.seed ?? undefined, args.composed ?? undefined);
+      if (!isThere) drives.begin(args.name, args.seed ?? undefined, args.composed ?? undefined, args.first ?? undefined);
     },
-    some: () => {
-      const progress = door.open_some(BUDGET);
-      isPartial = !progress.done && progress.rows >= first;
-      return { ...progress, done: progress.done || isPartial };
-    },
-    cancel: () => door.cancel_open(),
+    some: () => making.some(BUDGET),
+    cancel: () => making.cancel(),
     finish: () => {
       endRuns();
-      if (!isPartial) return door.report();
+      if (!drives.is_partial()) return door.report();
       resumable = args;
-      return { ...door.preview_open(), is_partial: true };
+      return { ...door.report(), is_partial: true };
     },
   };
 }
 
-function openJob(door: Door, { id, args }: Request<'open'>): Job {
-  return args.kind === 'files' ? filesJob(door, id, args) : simulationJob(door, id, args);
+function openJob(door: Door, drives: DrivesDoor, { id, args }: Request<'open'>): Job {
+  return args.kind === 'files' ? filesJob(door, drives, id, args) : simulationJob(door, drives, id, args);
 }
 
 /** The job is there at once, so that it can be cancelled and overtaken, and waits for the readers. */
-function filesJob(door: Door, id: number, args: Dropped): Job {
-  let reading: Reading | null = null;
+function filesJob(door: Door, drives: DrivesDoor, id: number, args: Dropped): Job {
+  let reader: ReaderDoor | null = null;
+  let making: Making | null = null;
   const job: Job = {
     id,
     estimator: null,
@@ -121,21 +116,23 @@ function filesJob(door: Door, id: number, args: Dropped): Job {
     begun: false,
     begin: () => {
       resumable = null;
-      reading?.begin(args.files, args.mapping);
+      drives.cancel();
+      reader?.begin(args.files, args.mapping ?? undefined);
     },
     some: () => {
-      if (!reading) throw new Error('the readers are not there');
-      return reading.some(BUDGET);
+      if (!making) throw new Error('the readers are not there');
+      return making.some(BUDGET);
     },
-    cancel: () => reading?.cancel(),
+    cancel: () => making?.cancel(),
     finish: () => {
       endRuns();
       return door.report();
     },
   };
   readers().then(
-    (reader) => {
-      reading = new Reading(reader, door);
+    (loaded) => {
+      reader = loaded;
+      making = new Making(loaded, (budget) => loaded.read_some(budget), door);
       job.waits = false;
       schedule();
     },
@@ -217,14 +214,15 @@ const answers: {
   [O in Exclude<keyof Operations, 'open' | 'run'>]: (
     door: Door,
     args: Operations[O]['takes'],
+    drives: DrivesDoor,
   ) => [Operations[O]['gives'], Transferable[]];
 } = {
-  catalogue: (door) => [door.catalogue(), []],
-  sketch: (door, { name }) => {
-    const flat = door.sketch(name);
+  catalogue: (door, _, drives) => [{ ...door.catalogue(), drives: drives.catalogue() }, []],
+  sketch: (_, { name }, drives) => {
+    const flat = drives.sketch(name);
     return [flat, [flat.buffer]];
   },
-  description: (door, { name }) => [door.description(name), []],
+  description: (_, { name }, drives) => [drives.description(name), []],
   forget_run: (door, { name }) => [(door.forget_run(name), null), []],
   keep_previous: (door, { estimator, keep }) => [(door.keep_previous(estimator, keep), null), []],
   drop_previous: (door, { estimator }) => [(door.drop_previous(estimator), null), []],
@@ -257,13 +255,13 @@ self.onmessage = async (event: MessageEvent<ToWorker>) => {
     return;
   }
   try {
-    const door = await ready;
+    const [door, drives] = await ready;
     if (isDead) return;
-    if (message.op === 'open') enqueue(openJob(door, message as Request<'open'>));
+    if (message.op === 'open') enqueue(openJob(door, drives, message as Request<'open'>));
     else if (message.op === 'run') enqueue(runJob(door, message as Request<'run'>));
     else {
-      const answer = answers[message.op] as (door: Door, args: unknown) => [unknown, Transferable[]];
-      const [value, transfer] = answer(door, message.args);
+      const answer = answers[message.op] as (door: Door, args: unknown, drives: DrivesDoor) => [unknown, Transferable[]];
+      const [value, transfer] = answer(door, message.args, drives);
       post({ id: message.id, ok: true, value }, transfer);
     }
   } catch (reason) {
