@@ -2,6 +2,8 @@
 
 import { h } from './dom';
 import { t } from './messages';
+import { applySavedDisk, isDisk } from './motion/disk-file';
+import { isLabels } from './motion/labels';
 import type { Session } from './session';
 import type { Store } from './state';
 
@@ -15,6 +17,15 @@ function isDrive(text: string): boolean {
 function isCalibration(text: string): boolean {
   const value: unknown = JSON.parse(text);
   return typeof value === 'object' && value !== null && 'distortion' in value;
+}
+
+/** Labels of the motion mode among dropped files; only small files are looked at. */
+export async function labelsAmong(files: File[]): Promise<{ file: File; text: string } | null> {
+  for (const file of files.filter((f) => /\.(csv|json)$/i.test(f.name))) {
+    if (!isLabels(await file.slice(0, 64).text())) continue;
+    return { file, text: await file.text() };
+  }
+  return null;
 }
 
 /** Open what was dropped: a JSON file alone is a drive, beside a log it is its mapping. True for an open log. */
@@ -31,6 +42,10 @@ export async function openFiles(store: Store, session: Session, files: File[], f
         const { name } = mappingFile;
         const isOpen = await session.open({ kind: 'simulation', name, seed: null, first, composed: mapping }, name);
         if (isOpen) void session.runAll();
+        return false;
+      }
+      if (isDisk(JSON.parse(mapping)) && logs.length === 0) {
+        await applySavedDisk(store, session, mapping);
         return false;
       }
       if (isCalibration(mapping) && logs.length === 0) {

@@ -62,6 +62,8 @@ export function listenToKeys(store: Store, actions: KeyActions): void {
     '2': () => actions.focusView('2'),
     '3': () => actions.focusView('3'),
     '4': () => actions.focusView('4'),
+    '5': () => actions.focusView('5'),
+    '6': () => actions.focusView('6'),
     v: () => actions.nextRoom(),
     p: () => actions.focusParams(),
     d: () => actions.chooseDrive(),

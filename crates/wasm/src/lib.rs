@@ -6,6 +6,8 @@
 
 #[cfg(feature = "compass")]
 mod compass;
+#[cfg(feature = "motion")]
+mod motion;
 mod opening;
 mod reports;
 mod runs;

@@ -2,6 +2,7 @@
 
 import type { RoomName } from '../room-names';
 import { compass, gate, variants } from './magnetic';
+import { motion } from './motion';
 import { road } from './road';
 
 export const en = {
@@ -9,6 +10,7 @@ export const en = {
   gate,
   compass,
   road,
+  motion,
   name: 'Drivescope',
   header: {
     drive: 'Drive',
@@ -118,10 +120,11 @@ export const en = {
   },
   rooms: {
     label: 'Rooms',
-    names: { overview: 'Overview', road: 'Road and forces' } satisfies Record<RoomName, string>,
+    names: { overview: 'Overview', road: 'Road and forces', motion: 'Motion' } satisfies Record<RoomName, string>,
     about: {
       overview: 'Attitude, slope and motion mode',
       road: 'Slope, grade, body pitch, longitudinal acceleration and tyre forces',
+      motion: 'Motion mode and why it was decided, labels, aids of land navigation, detectors of rest, the six-accelerometer sensor',
     } satisfies Record<RoomName, string>,
     failed: (name: string) => `The room ${name} could not be loaded. Check the network and choose it again.`,
   },
@@ -198,7 +201,7 @@ export const en = {
   },
   side: { label: 'Parameters and results', close: 'Back to the parameters' },
   /** Short names of estimators for tabs; others are called by their title. */
-  tabs: { orientation: 'Orientation', slope: 'Slope', motion_mode: 'Mode', gnss_ins: 'GNSS/INS' } as Readonly<Record<string, string>>,
+  tabs: { orientation: 'Orientation', slope: 'Slope', motion_mode: 'Mode', gnss_ins: 'GNSS/INS', land_ins: 'Land INS', stationarity: 'Rest', gyro_free: 'Disk' } as Readonly<Record<string, string>>,
   params: {
     estimators: 'Estimators',
     vehicle: 'Vehicle',
@@ -322,7 +325,7 @@ export const en = {
       ['+ −', 'zoom in or out about the cursor'],
       ['0', 'show the whole drive'],
       ['[ ]', 'move what is shown'],
-      ['1 2 3', 'go to a view of the room that is open, from top to bottom'],
+      ['1 2 3 5 6', 'go to a view of the room that is open, from top to bottom'],
       ['4', 'go to the trajectory'],
       ['V', 'the next room: overview, road, …'],
       ['P', 'go to the parameters'],

@@ -1,6 +1,7 @@
 /** The typed conversation between the page and its worker. */
 
 import type { CompassOperations } from '../compass/door';
+import type { MotionOperations } from '../motion/door';
 import type { Catalogue, Comparison, DriveReport, ParamValue, Progress, RunReport } from '../door';
 
 export type OpenRequest =
@@ -27,7 +28,7 @@ export interface RunReply {
 }
 
 /** Every operation: what it takes and what it gives. */
-export interface Operations extends CompassOperations {
+export interface Operations extends CompassOperations, MotionOperations {
   catalogue: { takes: Record<string, never>; gives: Catalogue };
   open: { takes: OpenRequest; gives: DriveReport };
   run: { takes: { estimator: string; params: Record<string, ParamValue>; vehicle: string | null }; gives: RunReply };
