@@ -51,8 +51,7 @@ export const motion = {
   threshold: {
     grip: (name: string) => `Threshold of ${name}`,
     hint: 'Drag a dashed threshold, or its handle at the right: modes are decided anew.',
-    adaptive: 'The thresholds follow the noise floor: dragging one of JD or TD changes the factor of both.',
-    clamped: 'This threshold has reached the smallest or largest value that its parameter allows.',
+    adaptive: 'Those of JD, TD and FD follow the noise floor until one of them is dragged; undo lets them follow it again.',
   },
   lanes: { jd: 'JD, jerk', td: 'TD, sway', fd: 'FD, forward force', yd: '|YD|, yaw rate' },
   rows: { labels: 'labels', rule: 'rule' },

@@ -198,7 +198,7 @@ export class AidView extends TimeView {
     const display = store.display.value;
     const texts = t.motion.aids;
     const units = [texts.position, `${texts.velocity} [${unitLabel('speed', 'm/s', display)}]`, `${texts.attitude} [${unitLabel('angle', 'rad', display)}]`];
-    const head = [texts.aid, texts.state, texts.switched, ...units].map((name) => h('th', { scope: 'col' }, name));
+    const head = [texts.aid, texts.state, texts.switched, ...units].map((name, i) => h(i > 0 && i < 3 ? 'th.text' : 'th', { scope: 'col' }, name));
     const first = h('tr.present', {}, h('th', { scope: 'row' }, texts.present), h('td'), h('td'), ...this.#cells(present, null));
     const rows = AIDS.map((aid) => this.#row(aid, present));
     const table = h('table.numbers', {}, h('caption', {}, texts.caption), h('thead', {}, h('tr', {}, ...head)), h('tbody', {}, first, ...rows));

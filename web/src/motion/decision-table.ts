@@ -34,7 +34,7 @@ export class DecisionTable {
     const shown = all.slice(0, MOST);
     this.#rows = new Map(shown.map((decision) => [decision, this.#row(decision)]));
     const { caption, time, change: what, rule, figures: numbers } = t.motion.decisions;
-    const head = [time, what, rule, numbers].map((name) => h('th', { scope: 'col' }, name));
+    const head = [time, what, rule, numbers].map((name, i) => h(i === 0 ? 'th' : 'th.text', { scope: 'col' }, name));
     const table = h('table.numbers', {}, h('caption', {}, caption(shown.length, all.length)), h('thead', {}, h('tr', {}, ...head)), h('tbody', {}, ...this.#rows.values()));
     this.element.replaceChildren(all.length === 0 ? h('p.note', {}, t.motion.decisions.none) : table);
     this.#mark();

@@ -7,18 +7,14 @@ import { LEFT, RIGHT } from '../plot/axes';
 import type { Session } from '../session';
 import { fromTravel, toTravel } from '../slider';
 import type { Store } from '../state';
-import { type History, type Tuning, withParam } from '../tuning';
+import type { History, Tuning } from '../tuning';
 import { convert, formatSignificant, unitLabel } from '../units';
 import type { Lane } from '../views/lane';
-import { type Line, paramOf, tuned, valueFor } from './threshold';
+import { FOLLOWING, type Line, moved, paramOf } from './threshold';
 
 const ESTIMATOR = 'motion_mode';
 /** Distance from a line, px, within which it is taken. */
 const NEAR = 6;
-/** How often a factor is corrected, after a pointer has moved, until the line lies under it. */
-const CORRECTIONS = 4;
-/** Share by which a line may miss the pointer. */
-const CLOSE = 0.01;
 
 export class Grip {
   readonly element = h('div.grip', { role: 'slider', tabindex: '0', 'aria-orientation': 'vertical', hidden: true });
@@ -27,24 +23,24 @@ export class Grip {
   #store: Store;
   #session: Session;
   #history: History<Tuning>;
-  /** Where the line lies over time, SI, and the parameter's value that put it there. */
-  #drawn: { times: Float64Array; values: Float64Array; param: number } | null = null;
-  /** The threshold wanted while a line is dragged, SI, and how often its factor may still be corrected. */
-  #wanted: { value: number; at: number; corrections: number } | null = null;
+  #others: () => readonly Grip[];
+  /** Where the line lies over time, SI. */
+  #drawn: { times: Float64Array; values: Float64Array } | null = null;
+  #isDragged = false;
 
-  constructor(store: Store, session: Session, history: History<Tuning>, lane: Lane, line: Line) {
+  constructor(store: Store, session: Session, history: History<Tuning>, lane: Lane, line: Line, others: () => readonly Grip[]) {
     this.#store = store;
     this.#session = session;
     this.#history = history;
     this.#lane = lane;
     this.line = line;
+    this.#others = others;
     this.element.dataset['line'] = line;
     this.element.style.width = `${RIGHT}px`;
     lane.plotHost.append(this.element);
     this.element.addEventListener('keydown', (event) => this.#key(event));
     lane.plotHost.addEventListener('pointerdown', (event) => this.#down(event), { capture: true });
     lane.plotHost.addEventListener('pointermove', (event) => this.#hover(event), { capture: true });
-    store.tuning.on(() => this.#describe());
     store.display.on(() => requestAnimationFrame(() => this.#place()));
   }
 
@@ -52,33 +48,18 @@ export class Grip {
     return this.#store.catalogue.value?.estimators.find((e) => e.name === ESTIMATOR) ?? null;
   }
 
-  /** The parameter that moves the line. */
   #spec(): NumberParam | null {
-    const info = this.#info();
-    if (!info) return null;
-    const isAdaptive = tuned(info, this.#store.tuning.value.params[ESTIMATOR], 'adaptive') === true;
-    const spec = info.params.find((p) => p.name === paramOf(this.line, isAdaptive));
+    const spec = this.#info()?.params.find((p) => p.name === paramOf(this.line));
     return spec?.kind === 'number' ? spec : null;
-  }
-
-  #value(spec: NumberParam): number {
-    const info = this.#info();
-    const value = info ? tuned(info, this.#store.tuning.value.params[ESTIMATOR], spec.name) : null;
-    return typeof value === 'number' ? value : spec.default;
   }
 
   /** Take where the line lies now; `null` for none. */
   take(times: Float64Array, values: Float64Array | null): void {
-    const spec = this.#spec();
-    const ran = spec ? this.#store.run(ESTIMATOR).value.reply?.current.params[spec.name] : undefined;
-    const isThere = values !== null && values.length > 0 && spec !== null && typeof ran === 'number';
-    this.#drawn = isThere ? { times, values, param: ran } : null;
-    requestAnimationFrame(() => {
-      this.#place();
-      this.#correct();
-    });
+    this.#drawn = values !== null && values.length > 0 ? { times, values } : null;
+    requestAnimationFrame(() => this.#place());
   }
 
+  /** Where the line lies at an instant of what is shown, SI. */
   #at(time: number): number {
     const { times, values } = this.#drawn ?? {};
     if (!times || !values) return Number.NaN;
@@ -93,6 +74,11 @@ export class Grip {
     return Number.NaN;
   }
 
+  /** Where the line lies at the end of what is shown, SI: where its handle is. */
+  get threshold(): number {
+    return this.#at(this.#store.window.value.t1);
+  }
+
   #toDisplayed(value: number): number {
     return convert(this.#lane.spec.quantity, value, this.#store.display.value);
   }
@@ -102,32 +88,35 @@ export class Grip {
   }
 
   #place(): void {
-    const value = this.#at(this.#store.window.value.t1);
+    const value = this.threshold;
     this.element.hidden = !Number.isFinite(value);
     if (this.element.hidden) return;
-    this.element.style.top = `${this.#height(value)}px`;
-    this.#describe();
+    // A line that has left the plot is taken at its edge.
+    const height = Math.min(Math.max(this.#height(value), 4), this.#lane.plotHost.clientHeight - 4);
+    this.element.style.top = `${height}px`;
+    this.#describe(value);
   }
 
-  #describe(): void {
+  #describe(value: number): void {
     const spec = this.#spec();
     if (!spec) return;
-    const value = this.#value(spec);
-    const display = this.#store.display.value;
-    const threshold = `${formatSignificant(this.#toDisplayed(this.#at(this.#store.window.value.t1)))} ${unitLabel(this.#lane.spec.quantity, this.#lane.spec.unit, display)}`;
+    const { quantity, unit } = this.#lane.spec;
     const { element } = this;
     element.title = t.motion.threshold.hint;
     element.setAttribute('aria-label', t.motion.threshold.grip(this.line.replace('_', ' ').toUpperCase()));
     element.setAttribute('aria-valuemin', String(spec.min));
     element.setAttribute('aria-valuemax', String(spec.max));
     element.setAttribute('aria-valuenow', String(value));
-    element.setAttribute('aria-valuetext', `${threshold}, ${spec.name.replaceAll('_', ' ')} ${formatSignificant(value)}`);
+    element.setAttribute('aria-valuetext', `${formatSignificant(this.#toDisplayed(value))} ${unitLabel(quantity, unit, this.#store.display.value)}`);
   }
 
-  #push(spec: NumberParam, value: number, isGesture: boolean): void {
-    if (value === this.#value(spec)) return;
-    const next = withParam(this.#store.tuning.value, ESTIMATOR, spec, value);
-    this.#history.push(next, isGesture ? `${ESTIMATOR}.${spec.name}` : null);
+  #move(threshold: number, isGesture: boolean): void {
+    const info = this.#info();
+    if (!info || !(threshold > 0)) return;
+    const [jd, td, fd] = FOLLOWING.map((line) => this.#others().find((g) => g.line === line)?.threshold ?? Number.NaN) as [number, number, number];
+    const next = moved(this.#store.tuning.value, info, this.line, threshold, { jd, td, fd });
+    this.#history.push(next, isGesture ? `${ESTIMATOR}.${this.line}` : null);
+    this.#store.estimator.value = ESTIMATOR;
     this.#store.tuning.value = next;
   }
 
@@ -138,8 +127,7 @@ export class Grip {
     if (step === undefined || !spec) return;
     event.preventDefault();
     event.stopPropagation();
-    this.#store.estimator.value = ESTIMATOR;
-    this.#push(spec, fromTravel(spec, toTravel(spec, this.#value(spec)) + step), false);
+    this.#move(fromTravel(spec, toTravel(spec, this.threshold) + step), false);
   }
 
   /** Where a pointer is: time, and height below the plot's top. */
@@ -154,14 +142,14 @@ export class Grip {
   #isNear(event: PointerEvent): boolean {
     const { time, height, isOnGrip } = this.#pointer(event);
     if (isOnGrip) return true;
+    if (event.target instanceof Element && event.target.closest('.grip')) return false;
     // A finger on the plot moves the cursor: it takes the handle.
     return event.pointerType !== 'touch' && Math.abs(this.#height(this.#at(time)) - height) <= NEAR;
   }
 
   #hover(event: PointerEvent): void {
     const { classList } = this.#lane.plotHost;
-    const mark = `near-${this.line}`;
-    classList.toggle(mark, this.#wanted !== null || (event.buttons === 0 && this.#isNear(event)));
+    classList.toggle(`near-${this.line}`, this.#isDragged || (event.buttons === 0 && this.#isNear(event)));
     classList.toggle('near-threshold', [...classList].some((name) => name !== 'near-threshold' && name.startsWith('near-')));
   }
 
@@ -172,46 +160,24 @@ export class Grip {
     const host = this.#lane.plotHost;
     host.setPointerCapture(event.pointerId);
     this.element.focus({ preventScroll: true });
-    this.#store.estimator.value = ESTIMATOR;
+    this.#isDragged = true;
     this.#session.beginGesture(ESTIMATOR);
     const move = (moved: PointerEvent): void => {
       if (moved.pointerId !== event.pointerId) return;
       moved.stopImmediatePropagation();
-      this.#dragTo(moved);
+      this.#move(this.#lane.plot.valueAt(this.#pointer(moved).height) / this.#toDisplayed(1), true);
     };
     const end = (ended: PointerEvent): void => {
       if (ended.pointerId !== event.pointerId) return;
-      for (const name of ['pointermove', 'pointerup', 'pointercancel'] as const) host.removeEventListener(name, name === 'pointermove' ? move : end, { capture: true });
-      this.#wanted = null;
+      host.removeEventListener('pointermove', move, { capture: true });
+      host.removeEventListener('pointerup', end, { capture: true });
+      host.removeEventListener('pointercancel', end, { capture: true });
+      this.#isDragged = false;
       this.#history.endGesture();
       this.#session.endGesture(ESTIMATOR);
     };
     host.addEventListener('pointermove', move, { capture: true });
     host.addEventListener('pointerup', end, { capture: true });
     host.addEventListener('pointercancel', end, { capture: true });
-  }
-
-  #dragTo(event: PointerEvent): void {
-    const { time, height, isOnGrip } = this.#pointer(event);
-    const displayed = this.#lane.plot.valueAt(height);
-    const value = displayed / this.#toDisplayed(1);
-    if (!(value > 0)) return;
-    this.#wanted = { value, at: isOnGrip ? this.#store.window.value.t1 : time, corrections: CORRECTIONS };
-    this.#apply();
-  }
-
-  #apply(): void {
-    const spec = this.#spec();
-    if (!spec || !this.#drawn || !this.#wanted) return;
-    const isFactor = spec.name.endsWith('_factor');
-    this.#push(spec, valueFor(spec, isFactor, this.#drawn.param, this.#at(this.#wanted.at), this.#wanted.value), true);
-  }
-
-  /** A factor moves its line only as far as the noise floor lets it: look where the line came to lie, and go on. */
-  #correct(): void {
-    const wanted = this.#wanted;
-    if (!wanted || wanted.corrections === 0) return;
-    wanted.corrections -= 1;
-    if (Math.abs(this.#at(wanted.at) / wanted.value - 1) > CLOSE) this.#apply();
   }
 }

@@ -70,7 +70,7 @@ export class MotionModeView extends TimeView {
     marks.append(new TimeArea(store).element);
     for (const line of LINES) {
       const own = this.lanes.find((l) => l.spec.key === (line.startsWith('yaw') ? 'yd' : line));
-      if (own) this.#grips.push(new Grip(store, session, history, own, line));
+      if (own) this.#grips.push(new Grip(store, session, history, own, line, () => this.#grips));
     }
     store.window.watch((window) => {
       this.#strip.setWindow(window);

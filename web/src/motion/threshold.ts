@@ -1,18 +1,17 @@
-/** From where a threshold line is dragged to the parameter that puts it there. */
+/** From where a threshold line is dragged to the parameters that put it there. */
 
-import type { EstimatorInfo, NumberParam, ParamValue } from '../door';
+import type { EstimatorInfo, ParamSpec, ParamValue } from '../door';
 import { clamp } from '../slider';
-import { defaultOf } from '../tuning';
+import { defaultOf, type Tuning, withParam } from '../tuning';
 
 /** A line that can be dragged; yaw has one that begins corners and one that ends them. */
 export type Line = 'jd' | 'td' | 'fd' | 'yaw_on' | 'yaw_off';
 export const LINES: readonly Line[] = ['jd', 'td', 'fd', 'yaw_on', 'yaw_off'];
+export const FOLLOWING = ['jd', 'td', 'fd'] as const;
 
-/** The parameter that moves a line: the fixed threshold, or where thresholds follow the noise floor its factor. */
-export function paramOf(line: Line, isAdaptive: boolean): string {
-  if (line === 'yaw_on' || line === 'yaw_off') return line;
-  if (!isAdaptive) return `${line}_threshold`;
-  return line === 'fd' ? 'launch_threshold_factor' : 'threshold_factor';
+/** The parameter that moves a line. */
+export function paramOf(line: Line): string {
+  return line === 'yaw_on' || line === 'yaw_off' ? line : `${line}_threshold`;
 }
 
 /** A parameter's value as tuned. */
@@ -21,12 +20,29 @@ export function tuned(info: EstimatorInfo, params: Readonly<Record<string, Param
   return params?.[name] ?? (spec ? defaultOf(spec) : null);
 }
 
+/** A threshold, kept in its parameter's range and rounded as sliders round. */
+function rounded(spec: ParamSpec, value: number): number {
+  const short = Number(value.toPrecision(3));
+  return spec.kind === 'number' ? clamp(spec, short) : short;
+}
+
 /**
- * The parameter's value that puts a line where it is wanted, rounded as sliders are.
+ * The tuning that puts a line at a threshold, SI.
  *
- * `now` is where the line lies with `value`: a factor scales it. What is wanted may lie out of the parameter's range.
+ * Where thresholds follow the noise floor, they stop following it: the other two stay fixed where `lines` has them.
  */
-export function valueFor(spec: NumberParam, isFactor: boolean, value: number, now: number, wanted: number): number {
-  const target = isFactor ? (now > 0 ? (value * wanted) / now : value) : wanted;
-  return clamp(spec, Number(target.toPrecision(3)));
+export function moved(tuning: Tuning, info: EstimatorInfo, line: Line, threshold: number, lines: Readonly<Record<(typeof FOLLOWING)[number], number>>): Tuning {
+  const spec = (name: string): ParamSpec | undefined => info.params.find((p) => p.name === name);
+  let next = tuning;
+  const put = (name: string, value: ParamValue): void => {
+    const own = spec(name);
+    if (own) next = withParam(next, info.name, own, typeof value === 'number' ? rounded(own, value) : value);
+  };
+  const isFollowing = FOLLOWING.some((l) => l === line) && tuned(info, tuning.params[info.name], 'adaptive') === true;
+  if (isFollowing) {
+    put('adaptive', false);
+    for (const other of FOLLOWING) if (Number.isFinite(lines[other])) put(paramOf(other), lines[other]);
+  }
+  put(paramOf(line), threshold);
+  return next;
 }
