@@ -37,8 +37,10 @@ export class Grip {
     this.#others = others;
     this.element.dataset['line'] = line;
     this.element.style.width = `${RIGHT}px`;
-    lane.plotHost.append(this.element);
+    // Beside the plot, which is a picture to a reader of the screen.
+    lane.element.append(this.element);
     this.element.addEventListener('keydown', (event) => this.#key(event));
+    this.element.addEventListener('pointerdown', (event) => this.#down(event));
     lane.plotHost.addEventListener('pointerdown', (event) => this.#down(event), { capture: true });
     lane.plotHost.addEventListener('pointermove', (event) => this.#hover(event), { capture: true });
     store.display.on(() => requestAnimationFrame(() => this.#place()));
@@ -93,7 +95,7 @@ export class Grip {
     if (this.element.hidden) return;
     // A line that has left the plot is taken at its edge.
     const height = Math.min(Math.max(this.#height(value), 4), this.#lane.plotHost.clientHeight - 4);
-    this.element.style.top = `${height}px`;
+    this.element.style.top = `${this.#lane.plotHost.offsetTop + height}px`;
     this.#describe(value);
   }
 
@@ -142,7 +144,6 @@ export class Grip {
   #isNear(event: PointerEvent): boolean {
     const { time, height, isOnGrip } = this.#pointer(event);
     if (isOnGrip) return true;
-    if (event.target instanceof Element && event.target.closest('.grip')) return false;
     // A finger on the plot moves the cursor: it takes the handle.
     return event.pointerType !== 'touch' && Math.abs(this.#height(this.#at(time)) - height) <= NEAR;
   }
