@@ -2,6 +2,7 @@
 
 import './style/base.css';
 import './style/layout.css';
+import './style/dialog.css';
 import './style/plots.css';
 import './style/panel.css';
 import './style/score.css';

@@ -24,6 +24,8 @@ export class Rooms {
   #panels = new Map<RoomName, HTMLElement>();
   #made = new Map<RoomName, Promise<Room>>();
   #entered: Room | null = null;
+  /** Lets go of the estimators of the room that is entered. */
+  #release: () => void = () => {};
 
   constructor(store: Store, builders: Builders) {
     this.#store = store;
@@ -47,7 +49,10 @@ export class Rooms {
     chooseTab(this.#tabs, `room-tab-${name}`);
     for (const [other, panel] of this.#panels) panel.hidden = other !== name;
     const store = this.#store;
-    store.want(ROOMS[name]);
+    // The new room's first, so that what both need is not given up between.
+    const release = store.want(ROOMS[name]);
+    this.#release();
+    this.#release = release;
     if (!(ROOMS[name] as readonly string[]).includes(store.estimator.value)) store.estimator.value = ROOMS[name][0];
     let made = this.#made.get(name);
     if (!made) {

@@ -36,9 +36,8 @@ export class Session {
     });
     store.tuning.on((tuning) => this.#retune(tuning));
     store.overlays.on((now, before) => this.#overlay(now, before));
-    store.wanted.on((now, before) => {
-      for (const name of now) if (!before.includes(name)) this.#request(name);
-    });
+    store.wanted.on(() => this.#catchUp());
+    store.estimator.on(() => this.#catchUp());
   }
 
   /** Open a drive and estimate it; what is open stays until that has succeeded. True if it has. */
@@ -80,10 +79,10 @@ export class Session {
     }
   }
 
-  /** Run every wanted estimator that can run; then open the rest of a drive of which only the beginning is there. */
+  /** Run every estimator that is wanted and can run; then open the rest of a drive of which only the beginning is there. */
   async runAll(): Promise<void> {
     this.#store.isRestHeld.value = false;
-    const names = [...this.#store.wanted.value, ...this.#store.overlays.value.map(overlayRun)];
+    const names = [...this.#wanted(), ...this.#store.overlays.value.map(overlayRun)];
     for (const name of names) this.#request(name);
     const drive = this.#store.report.value;
     await Promise.all(names.map((name) => new Promise<void>((resolve) => this.#whenIdle(name, resolve))));
@@ -94,7 +93,13 @@ export class Session {
 
   /** Estimate anew what has been estimated: the drive's measurements have changed. */
   rerun(): void {
-    for (const [name, runner] of this.#runners) if (runner.tuned) this.#request(name);
+    for (const [name, runner] of this.#runners) {
+      if (runner.tuned && this.#isKept(name)) this.#request(name);
+      else if (runner.tuned) {
+        runner.tuned = null;
+        this.#store.clearRun(name);
+      }
+    }
   }
 
   /** Give up every run under way; earlier results stay. */
@@ -143,7 +148,27 @@ export class Session {
 
   #retune(tuning: Tuning): void {
     for (const [estimator, runner] of this.#runners) {
-      if (runner.tuned && !sameFor(estimatorOf(estimator), tuning, runner.tuned)) this.#request(estimator);
+      if (runner.tuned && this.#isKept(estimator) && !sameFor(estimatorOf(estimator), tuning, runner.tuned)) this.#request(estimator);
+    }
+  }
+
+  /** The estimators that are to be run. */
+  #wanted(): string[] {
+    const names = (this.#store.catalogue.value?.estimators ?? []).map((e) => e.name);
+    return names.filter((name) => this.#store.isWanted(name));
+  }
+
+  /** Whether the result of a run is kept up to date; a further run is, until it is forgotten. */
+  #isKept(run: string): boolean {
+    return estimatorOf(run) !== run || this.#store.isWanted(run);
+  }
+
+  /** Run what has become wanted and has no result for the open drive as it is tuned now. */
+  #catchUp(): void {
+    if (!this.#store.report.value) return;
+    for (const name of this.#wanted()) {
+      const tuned = this.#runners.get(name)?.tuned;
+      if (!tuned || !sameFor(name, this.#store.tuning.value, tuned)) this.#request(name);
     }
   }
 

@@ -76,7 +76,7 @@ export class Store {
   readonly tuning = new Signal<Tuning>(UNTUNED);
   readonly room = new Signal<RoomName>('overview');
   readonly estimator = new Signal<string>('orientation');
-  /** The estimators that are run: those of the rooms that have been entered. */
+  /** Estimators that what is shown needs, each as often as something needs it; see `want`. */
   readonly wanted = new Signal<readonly string[]>([]);
   /** Variants of orientation that are drawn with the one that is tuned. */
   readonly overlays = new Signal<readonly string[]>([]);
@@ -86,11 +86,21 @@ export class Store {
   readonly disk = new Signal<Disk | null>(null);
   #runs = new Map<string, Signal<RunState>>();
 
-  /** Have estimators run, here and on every drive that is opened from now on. */
-  want(estimators: readonly string[]): void {
-    const { value } = this.wanted;
-    const more = estimators.filter((name) => !value.includes(name));
-    if (more.length > 0) this.wanted.value = [...value, ...more];
+  /** Something is shown that needs these estimators: they are run for every drive, until what is returned is called. */
+  want(estimators: readonly string[]): () => void {
+    this.wanted.value = [...this.wanted.value, ...estimators];
+    let rest = estimators;
+    return () => {
+      const left = [...this.wanted.value];
+      for (const name of rest) left.splice(left.indexOf(name), 1);
+      rest = [];
+      this.wanted.value = left;
+    };
+  }
+
+  /** Whether an estimator is to be run: for what is shown, or because it was chosen to be tuned. */
+  isWanted(estimator: string): boolean {
+    return this.estimator.value === estimator || this.wanted.value.includes(estimator);
   }
 
   /** The runs of an estimator. */

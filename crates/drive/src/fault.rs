@@ -259,9 +259,7 @@ fn white_noise(values: &[f64]) -> f64 {
     if bends.is_empty() {
         return 0.0;
     }
-    let middle = bends.len() / 2;
-    let median = *bends.select_nth_unstable_by(middle, f64::total_cmp).1;
-    median / (0.674_489_75 * 6f64.sqrt())
+    crate::select::median(&mut bends) / (0.674_489_75 * 6f64.sqrt())
 }
 
 /// SplitMix64.

@@ -88,7 +88,8 @@ impl Simulator {
             return Err(JsError::new("nothing is being simulated"));
         };
         loop {
-            let is_ended = simulation.advance(SIMULATED);
+            let until_first = self.first.map_or(SIMULATED, |first| first - simulation.time());
+            let is_ended = simulation.advance(until_first.min(SIMULATED));
             let rows = simulation.drive().imu.len();
             let progress = |done| plain(&Progress { done, fraction: simulation.fraction(), stage: "simulating", rows });
             if is_ended {

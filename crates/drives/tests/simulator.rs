@@ -121,7 +121,7 @@ fn built_in_drives_are_listed_with_picture_and_description_which_can_be_changed(
         assert!(flat[0] > 10.0 && points > 1 && flat.len() > 2 + 2 * points && flat.len().is_multiple_of(2), "{name}");
     }
     assert!(simulator.sketch("none").length() == 0 && simulator.description("none").is_empty());
-    let own = simulator.description(SHORT).replace(SHORT, "my_own");
+    let own = simulator.description(SHORT).replace("\"name\": \"sine_with_dwell\"", "\"name\": \"my_own\"");
     simulator.begin("unused", None, Some(own), None).map_err(text).unwrap();
     simulate(&mut simulator).unwrap();
     assert_eq!(simulator.head().map_err(text).unwrap().get(0).as_string().unwrap(), "my_own");

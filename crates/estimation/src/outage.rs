@@ -7,6 +7,7 @@
 use drivescope_drive::channel::Series;
 use drivescope_drive::drive::{Drive, Epoch};
 use drivescope_drive::frames::wrap_angle;
+use drivescope_drive::select::nth;
 use drivescope_drive::vehicle::VehicleParams;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -312,7 +313,7 @@ fn quantiles(values: impl Iterator<Item = f64>) -> (usize, [f64; 3]) {
     let mut values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     let Some(most) = values.len().checked_sub(1) else { return (0, [f64::NAN; 3]) };
     let ranks = [0.5, 0.95, 1.0].map(|share| (share * most as f64).round() as usize);
-    (most + 1, ranks.map(|rank| *values.select_nth_unstable_by(rank, f64::total_cmp).1))
+    (most + 1, ranks.map(|rank| nth(&mut values, rank)))
 }
 
 #[cfg(test)]

@@ -60,6 +60,12 @@ impl Compass {
         self.field[usize::from(which == "calibrated")].as_ref()
     }
 
+    /// Make the drive what it was as read.
+    fn give_back(&mut self, drive: &mut Drive) {
+        self.swap(drive);
+        self.applied = None;
+    }
+
     fn swap(&mut self, drive: &mut Drive) {
         if let Some(raw) = &mut self.applied {
             std::mem::swap(&mut raw.imu, &mut drive.imu);
@@ -126,8 +132,9 @@ impl Session {
         let &[x, y, z, a, b, c, d, e, f] = numbers else { return Err(JsError::new("a calibration has nine numbers")) };
         let kind = if planar { Kind::Planar } else { Kind::Full };
         let (offset, distortion) = ([x, y, z], [a, b, c, d, e, f]);
+        let faults = self.take_faults();
         let calibration = Calibration { version: CALIBRATION_VERSION, kind, offset, distortion };
-        self.compass_undo();
+        self.compass.give_back(&mut self.drive);
         let Drive { imu, mag, gnss, .. } = &self.drive;
         let raw = Applied { imu: imu.clone(), mag: mag.clone(), gnss: gnss.clone(), calibration };
         raw.calibration.apply(&mut self.drive).map_err(sentence)?;
@@ -138,12 +145,13 @@ impl Session {
         if clock != 0.0 {
             shift_gnss(&mut self.drive, clock).map_err(sentence)?;
         }
-        Ok(())
+        self.put_faults(faults)
     }
 
     /// Take back what has been applied: the drive is as it was read.
-    pub fn compass_undo(&mut self) {
-        self.compass.swap(&mut self.drive);
-        self.compass.applied = None;
+    pub fn compass_undo(&mut self) -> Result<(), JsError> {
+        let faults = self.take_faults();
+        self.compass.give_back(&mut self.drive);
+        self.put_faults(faults)
     }
 }

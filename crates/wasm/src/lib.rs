@@ -6,9 +6,10 @@
 
 #[cfg(feature = "compass")]
 mod compass;
-#[cfg(feature = "motion")]
+mod faults;
 mod motion;
 mod opening;
+mod outages;
 mod reports;
 mod runs;
 mod session;

@@ -122,9 +122,8 @@ impl DriveReport {
         let estimators = ESTIMATORS
             .iter()
             .map(|e| {
-                let missing: Vec<&Need> = e.needs.iter().filter(|n| !drive.has(n.signal)).collect();
-                let runnable = missing.iter().all(|n| !n.required);
-                Runnable { name: e.name, runnable, missing: missing.into_iter().map(NeedEntry::from).collect() }
+                let missing = e.missing(drive).map(NeedEntry::from).collect();
+                Runnable { name: e.name, runnable: e.can_run(drive), missing }
             })
             .collect();
         Self {

@@ -7,18 +7,20 @@ use drivescope_drive::decimate::{Grid, sample_rows, visible_gap};
 use drivescope_drive::drive::Drive;
 use drivescope_drive::parts::Head;
 use drivescope_drive::vehicle::VehicleParams;
+use drivescope_estimation::outage::Sweep;
 use drivescope_estimation::registry::AnyRun;
 use drivescope_estimation::trajectory::{PathPoint, estimated_path, fixes, held, true_path};
 use js_sys::{Date, Float64Array, Uint8Array};
 use serde_json::Value;
 use wasm_bindgen::prelude::*;
 
+use crate::faults::Faults;
 use crate::opening::{Opened, Opening};
 use crate::reports::{Catalogue, DriveReport};
 use crate::runs::{Slot, Slots, estimator_of};
 
 /// Epochs stepped between two looks at the clock.
-const EPOCHS: usize = 2000;
+pub(crate) const EPOCHS: usize = 2000;
 
 /// One open drive with its runs. Lives in a worker.
 #[wasm_bindgen]
@@ -26,9 +28,11 @@ pub struct Session {
     pub(crate) drive: Drive,
     #[cfg(feature = "compass")]
     pub(crate) compass: crate::compass::Compass,
+    pub(crate) faults: Faults,
+    pub(crate) sweep: Option<Box<Sweep>>,
     report: DriveReport,
     opening: Option<Opening>,
-    slots: Slots,
+    pub(crate) slots: Slots,
 }
 
 impl Default for Session {
@@ -47,6 +51,8 @@ impl Session {
         Self {
             #[cfg(feature = "compass")]
             compass: Default::default(),
+            faults: Faults::default(),
+            sweep: None,
             drive,
             report,
             opening: None,
@@ -110,9 +116,7 @@ impl Session {
     /// object of names and values, `vehicle` the name of a car or null for the drive's own.
     pub fn begin_run(&mut self, estimator: &str, params: JsValue, vehicle: Option<String>) -> Result<(), JsError> {
         let params: Value = serde_wasm_bindgen::from_value(params).map_err(sentence)?;
-        let vehicle = vehicle
-            .map(|name| VehicleParams::preset(&name).ok_or_else(|| JsError::new(&format!("there is no car `{name}`"))))
-            .transpose()?;
+        let vehicle = crate::session::vehicle(vehicle)?;
         let run = AnyRun::new(estimator_of(estimator), &self.drive, &params, vehicle.as_ref()).map_err(sentence)?;
         self.slots.start(estimator, run);
         Ok(())
@@ -248,6 +252,8 @@ impl Session {
         {
             self.compass = Default::default();
         }
+        self.faults = Faults::default();
+        self.sweep = None;
         self.slots = Slots::new();
     }
 
@@ -268,7 +274,7 @@ impl Session {
         if name == "compass" {
             return self.compass.field(which);
         }
-        self.slots.get(name)?.series(which)
+        self.slots.get(name)?.series(which, &self.drive)
     }
 
     fn column(&self, source: &str, column: &str) -> Option<(&Series, usize)> {
@@ -278,6 +284,12 @@ impl Session {
         let series = self.series(source)?;
         Some((series, series.index_of(column)?))
     }
+}
+
+/// A car by name; null for the drive's own.
+pub(crate) fn vehicle(name: Option<String>) -> Result<Option<VehicleParams>, JsError> {
+    name.map(|name| VehicleParams::preset(&name).ok_or_else(|| JsError::new(&format!("there is no car `{name}`"))))
+        .transpose()
 }
 
 fn unknown(estimator: &str) -> JsError {

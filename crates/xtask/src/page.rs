@@ -90,7 +90,7 @@ pub fn compile(place: &Place, modules: &[&Module], arguments: &[&str]) -> Result
     let remap = remap_config(place)?;
     for module in modules {
         eprintln!("    compiling {} for {WASM}", module.package);
-        // One by one: built together they would share their features, and the core would hold what only the gallery needs.
+        // One by one: built together they would share the features of the crates they use.
         process::succeeds(
             place
                 .cargo()

@@ -201,7 +201,7 @@ export const en = {
   },
   side: { label: 'Parameters and results', close: 'Back to the parameters' },
   /** Short names of estimators for tabs; others are called by their title. */
-  tabs: { orientation: 'Orientation', slope: 'Slope', motion_mode: 'Mode', gnss_ins: 'GNSS/INS', land_ins: 'Land INS', stationarity: 'Rest', gyro_free: 'Disk' } as Readonly<Record<string, string>>,
+  tabs: { orientation: 'Orientation', slope: 'Slope', motion_mode: 'Mode', gnss_ins: 'GNSS/INS', land_ins: 'Land INS', gyro_free: 'Gyro-free', stationarity: 'Standstill', gnss: 'GNSS', attitude: 'Attitude' } as Readonly<Record<string, string>>,
   params: {
     estimators: 'Estimators',
     vehicle: 'Vehicle',

@@ -162,11 +162,7 @@ export function helpDialog(store: Store): HTMLDialogElement {
   const dialog = h('dialog.help', { 'aria-label': t.help.title });
   dialog.append(
     h('header', {}, h('h2', {}, t.help.title), iconButton('close', t.help.close, () => dialog.close())),
-    h('table', {}, h('tbody', {}, ...rows)),
-    h('h2', {}, t.help.mouse),
-    h('p', {}, t.help.mouseText),
-    h('p', {}, t.help.privacy),
-    version,
+    h('div.help-body', {}, h('table', {}, h('tbody', {}, ...rows)), h('h3', {}, t.help.mouse), h('p', {}, t.help.mouseText), h('p', {}, t.help.privacy), version),
   );
   dialog.addEventListener('click', (event) => {
     if (event.target === dialog) dialog.close();

@@ -11,6 +11,7 @@ import { modeKey } from './mode';
 import { type TableColumn, TablePanel } from './table';
 
 const NAVIGATION = 'gnss_ins';
+const MODES = 'motion_mode';
 /** Points of a path that are drawn; more could not be told apart. */
 const POINTS = 6000;
 /** Fixes asked for: enough that an hour at 5 Hz is not thinned and an outage is one. */
@@ -63,6 +64,7 @@ export class TrajectoryView {
     this.#map = new MapPlot(this.#host);
     this.#listen();
     this.#follow();
+    store.want([NAVIGATION, MODES]);
   }
 
   #toggle(name: LayerName, label: string, colour: string, isDashed: boolean): HTMLButtonElement {
@@ -138,7 +140,7 @@ export class TrajectoryView {
       last = performance.now();
       loadRuns();
     });
-    store.run('motion_mode').on((now, before) => {
+    store.run(MODES).on((now, before) => {
       if (now.reply !== before.reply) loadRuns();
     });
     store.cursor.on(loadCar);
@@ -237,7 +239,7 @@ export class TrajectoryView {
     const truth = this.#store.report.value?.truth ?? [];
     return [
       ...(reply ? columns(`${NAVIGATION}:current`, t.curves.path, 'north', 'east') : []),
-      ...(reply ? [{ source: 'motion_mode:current', column: 'mode', label: t.lanes.mode, quantity: 'plain' as const, unit: '1' }] : []),
+      ...(reply ? [{ source: `${MODES}:current`, column: 'mode', label: t.lanes.mode, quantity: 'plain' as const, unit: '1' }] : []),
       ...(truth.includes('n') ? columns('truth', t.curves.truth, 'n', 'e') : []),
     ];
   }

@@ -133,8 +133,7 @@ fn a_fix_from_the_centre_of_the_earth_is_exact_without_noise() {
 fn three_satellites_make_no_fix_and_four_no_test() {
     let all = sky(&frame(), &PLACE, &VELOCITY, [0.0, 0.0]);
     assert!(snapshot(&frame(), &all[..3], None, 1.5).is_none());
-    let start = LogStart { imu_step: f64::NAN, speed: f64::NAN, origin: None, rear_axle: None, date: None, disk: None };
-    let mut receiver = GnssReceiver::new(&GnssParams::default(), &VehicleParams::default(), &start);
+    let mut receiver = GnssReceiver::new(&GnssParams::default(), &VehicleParams::default(), &LogStart::UNKNOWN);
     let row = receiver.step(&Epoch { time: 0.0, raw_gnss: Some(&all[..4]), ..Epoch::default() }).unwrap().unwrap();
     assert!(row.raim_passed.is_nan() && row.pdop > 1.0 && row.north.hypot(row.east) < 1e-3, "{row:?}");
     // The filter goes on with two, and says that it is degraded.
@@ -148,14 +147,7 @@ fn three_satellites_make_no_fix_and_four_no_test() {
 fn a_range_that_disagrees_with_the_others_is_noticed() {
     let mut all = sky(&frame(), &PLACE, &VELOCITY, [0.0, 0.0]);
     all[2].range += 40.0;
-    let start = LogStart {
-        imu_step: f64::NAN,
-        speed: f64::NAN,
-        origin: Some(frame().origin),
-        rear_axle: None,
-        date: None,
-        disk: None,
-    };
+    let start = LogStart { origin: Some(frame().origin), ..LogStart::UNKNOWN };
     let mut receiver = GnssReceiver::new(&GnssParams::default(), &VehicleParams::default(), &start);
     let row = receiver.step(&Epoch { time: 0.0, raw_gnss: Some(&all), ..Epoch::default() }).unwrap().unwrap();
     assert!(row.raim_passed == 0.0 && row.raim > 10.0);
@@ -192,14 +184,7 @@ fn range_rows_are_the_derivatives_of_range_and_rate() {
 /// The clock jumps by 300 m: followed at once, the position stays; without the jump's logic every range would be refused.
 #[test]
 fn a_jump_of_the_clock_is_followed_and_moves_nothing() {
-    let start = LogStart {
-        imu_step: f64::NAN,
-        speed: f64::NAN,
-        origin: Some(frame().origin),
-        rear_axle: None,
-        date: None,
-        disk: None,
-    };
+    let start = LogStart { origin: Some(frame().origin), ..LogStart::UNKNOWN };
     let mut receiver = GnssReceiver::new(&GnssParams::default(), &VehicleParams::default(), &start);
     for k in 0..40 {
         let time = f64::from(k);
@@ -216,14 +201,7 @@ fn a_jump_of_the_clock_is_followed_and_moves_nothing() {
 
 #[test]
 fn nonsense_never_enters_the_state() {
-    let start = LogStart {
-        imu_step: f64::NAN,
-        speed: f64::NAN,
-        origin: Some(frame().origin),
-        rear_axle: None,
-        date: None,
-        disk: None,
-    };
+    let start = LogStart { origin: Some(frame().origin), ..LogStart::UNKNOWN };
     let mut receiver = GnssReceiver::new(&GnssParams::default(), &VehicleParams::default(), &start);
     let values = [f64::NAN, f64::INFINITY, -1e300, 1e9, 0.0, 5.0];
     for k in 0..600usize {

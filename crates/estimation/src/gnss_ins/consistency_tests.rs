@@ -36,8 +36,7 @@ impl Noise {
 }
 
 const ORIGIN: Geodetic = Geodetic { lat: 0.63, lon: 2.2, alt: 50.0 };
-const START: LogStart =
-    LogStart { imu_step: 0.01, speed: f64::NAN, origin: Some(ORIGIN), rear_axle: None, date: None, disk: None };
+const START: LogStart = LogStart { imu_step: 0.01, origin: Some(ORIGIN), ..LogStart::UNKNOWN };
 const DT: f64 = 0.01;
 
 fn params() -> GnssInsParams {

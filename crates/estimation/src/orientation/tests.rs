@@ -216,7 +216,7 @@ fn level(time: f64, yaw: f64, speed: f64) -> Epoch<'static> {
 }
 
 fn fresh(variant: Variant) -> Orientation {
-    let start = LogStart { imu_step: 0.01, speed: f64::NAN, origin: None, rear_axle: None, date: None, disk: None };
+    let start = LogStart { imu_step: 0.01, ..LogStart::UNKNOWN };
     Orientation::new(&with(variant), &VehicleParams::default(), &start)
 }
 
