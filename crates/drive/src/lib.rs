@@ -37,6 +37,7 @@ pub mod drive;
 pub mod fault;
 pub mod frames;
 pub mod geodesy;
+pub mod json;
 pub mod magnetic_model;
 pub mod param;
 pub mod parts;

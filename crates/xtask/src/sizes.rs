@@ -27,7 +27,7 @@ struct Module {
 /// The simulated drives are loaded with the core; the gallery when it is opened; the readers when the first file is dropped
 /// or the page is idle.
 const MODULES: [Module; 3] = [
-    Module { name: "drives", mark: "_drives", budget: 150_000, is_on_demand: false },
+    Module { name: "drives", mark: "_drives", budget: 145_000, is_on_demand: false },
     Module { name: "gallery", mark: "gallery", budget: 430_000, is_on_demand: true },
     Module { name: "readers", mark: "_readers", budget: 200_000, is_on_demand: true },
 ];
