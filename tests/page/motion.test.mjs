@@ -203,6 +203,10 @@ test('the sensor is calibrated from a log with four rests, used, taken back and 
   await drop(page, [{ name: 'disk.json', text: saved }]);
   await disk.getByRole('button', { name: 'Sensor calibrated' }).waitFor();
 
+  await drop(page, [{ name: 'again.csv', make: poses }, { name: 'disk.json', text: saved }]);
+  await shows(page, 'again.csv');
+  await disk.getByRole('button', { name: 'Sensor calibrated' }).waitFor();
+
   // In a mapping it comes with the log, and the core reads the disk with it.
   const drifted = async () => {
     await idle(page);

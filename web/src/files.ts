@@ -35,6 +35,7 @@ export async function openFiles(store: Store, session: Session, files: File[], f
   const logs = files.filter((f) => !mappings.includes(f));
   const [mappingFile] = mappings;
   let mapping: string | null = null;
+  let disk: string | null = null;
   if (mappingFile) {
     try {
       mapping = await mappingFile.text();
@@ -44,11 +45,12 @@ export async function openFiles(store: Store, session: Session, files: File[], f
         if (isOpen) void session.runAll();
         return false;
       }
-      if (isDisk(JSON.parse(mapping)) && logs.length === 0) {
-        await applySavedDisk(store, session, mapping);
+      if (isDisk(JSON.parse(mapping))) [disk, mapping] = [mapping, null];
+      if (disk !== null && logs.length === 0) {
+        await applySavedDisk(store, session, disk);
         return false;
       }
-      if (isCalibration(mapping) && logs.length === 0) {
+      if (mapping !== null && isCalibration(mapping) && logs.length === 0) {
         await calibrate(mapping);
         return false;
       }
@@ -62,6 +64,7 @@ export async function openFiles(store: Store, session: Session, files: File[], f
     }
   }
   const isOpen = await session.open({ kind: 'files', files: logs, mapping }, logs.map((f) => f.name).join(', '));
+  if (isOpen && disk !== null) await applySavedDisk(store, session, disk);
   if (isOpen) void session.runAll();
   return isOpen;
 }
