@@ -64,6 +64,7 @@ export function listenToKeys(store: Store, actions: KeyActions): void {
     '3': () => actions.focusView('3'),
     '4': () => actions.focusView('4'),
     '5': () => actions.focusView('5'),
+    '6': () => actions.focusView('6'),
     v: () => actions.nextRoom(),
     x: () => {
       store.over.value = store.over.value === 'time' ? 'distance' : 'time';

@@ -12,7 +12,7 @@ import { CompassDialog } from './compass/dialog';
 import { Doctor } from './compass/doctor';
 import { h, iconButton, save } from './dom';
 import type { ParamValue } from './door';
-import { dropTarget, openFiles } from './files';
+import { dropTarget, labelsAmong, openFiles } from './files';
 import type { Trial } from './gallery/door';
 import type { Gallery } from './gallery/gallery';
 import type { Loops } from './loops/gallery-loops';
@@ -66,6 +66,7 @@ const rooms = new Rooms(store, {
     pictures: () => [...views, mode].map((v, i) => [['attitude', 'slope', 'mode'][i] ?? '', v.canvases()]),
   }),
   road: async () => (await import('./views/road')).roadRoom(store, session, history),
+  motion: async () => (await import('./motion/room')).motionRoom(store, session, history),
 });
 
 async function openBuiltIn(name: string, seed: number | null = null): Promise<void> {
@@ -133,7 +134,12 @@ function tell(reason: unknown): void {
 }
 
 async function openDropped(files: File[]): Promise<void> {
-  if (await openFiles(store, session, files, FIRST_LOOK, (text) => doctor.applySaved(text))) side.showReport(true);
+  const labels = await labelsAmong(files);
+  const others = files.filter((file) => file !== labels?.file);
+  if (await openFiles(store, session, others, FIRST_LOOK, (text) => doctor.applySaved(text))) side.showReport(true);
+  if (!labels) return;
+  store.room.value = 'motion';
+  (await import('./motion/paint')).takeLabels(store, labels.text, labels.file.name);
 }
 
 /** Open a part of a log that does not fit as a whole. */

@@ -1,6 +1,7 @@
 /** Everything the page knows, in one place; views listen to the parts they show. */
 
 import type { Catalogue, DriveReport, Progress } from './door';
+import type { Disk } from './motion/disk-file';
 import { type Axis, axis, timeAxis } from './plot/axis';
 import type { RoomName } from './room-names';
 import { Signal } from './signal';
@@ -85,6 +86,10 @@ export class Store {
   readonly wanted = new Signal<readonly string[]>([]);
   /** Variants of orientation that are drawn with the one that is tuned. */
   readonly overlays = new Signal<readonly string[]>([]);
+  /** Motion modes painted by hand: times and, in the second half, modes. */
+  readonly labels = new Signal<Float64Array>(new Float64Array(0));
+  /** The calibrated six-accelerometer disk that the open log is read with; null for the drawing. */
+  readonly disk = new Signal<Disk | null>(null);
   #runs = new Map<string, Signal<RunState>>();
 
   /** Something is shown that needs these estimators: they are run for every drive, until what is returned is called. */
@@ -132,6 +137,8 @@ export class Store {
     const [window, cursor] = [this.window.value, this.cursor.value];
     const isZoomed = window.t1 - window.t0 < this.span.value.t1 - this.span.value.t0;
     if (!isRest) this.isPlaying.value = false;
+    if (!isRest) this.labels.value = new Float64Array(0);
+    this.disk.value = report.import?.mapping?.disk ?? null;
     for (const run of this.#runs.values()) run.value = NO_RUN;
     axis.value = timeAxis(span.t0);
     this.span.value = span;

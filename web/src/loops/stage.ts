@@ -1,6 +1,6 @@
 /** A closed loop seen from above: path, obstacles, the way driven, and at one instant the car with its ring and sectors. */
 
-import { Canvas } from '../plot/mode-strip';
+import { Canvas } from '../plot/strip';
 import { palette } from '../plot/palette';
 import { formatSignificant } from '../units';
 import { t } from '../messages';

@@ -5,6 +5,7 @@ import { files } from './files';
 import { axis } from './axis';
 import { compass, gate, variants } from './magnetic';
 import { loops } from './loops';
+import { motion } from './motion';
 import { road } from './road';
 
 export const en = {
@@ -15,6 +16,7 @@ export const en = {
   axis,
   road,
   loops,
+  motion,
   name: 'Drivescope',
   header: {
     drive: 'Drive',
@@ -121,10 +123,11 @@ export const en = {
   },
   rooms: {
     label: 'Rooms',
-    names: { overview: 'Overview', road: 'Road and forces' } satisfies Record<RoomName, string>,
+    names: { overview: 'Overview', road: 'Road and forces', motion: 'Motion' } satisfies Record<RoomName, string>,
     about: {
       overview: 'Attitude, slope and motion mode',
       road: 'Slope, grade, body pitch, longitudinal acceleration and tyre forces',
+      motion: 'Motion mode and why it was decided, labels, aids of land navigation, detectors of rest, the six-accelerometer sensor',
     } satisfies Record<RoomName, string>,
     failed: (name: string) => `The room ${name} could not be loaded. Check the network and choose it again.`,
   },
@@ -325,7 +328,7 @@ export const en = {
       ['+ −', 'zoom in or out about the cursor'],
       ['0', 'show the whole drive'],
       ['[ ]', 'move what is shown'],
-      ['1 2 3 5', 'go to a view of the room that is open, from top to bottom'],
+      ['1 2 3 5 6', 'go to a view of the room that is open, from top to bottom'],
       ['4', 'go to the trajectory'],
       ['V', 'the next room: overview, road, …'],
       ['X', 'plots over time or over distance'],

@@ -246,6 +246,12 @@ const answers: {
     const driven = door.distance(source, column, t0, t1, count);
     return [driven, [driven.buffer]];
   },
+  decisions: (door, { source }) => [door.decisions(source), []],
+  labels_paint: (door, { labels, from, to, mode }) => [door.labels_paint(labels, from, to, mode), []],
+  labels_score: (door, { source, labels }) => [door.labels_score(source, labels), []],
+  disk_rests: (door, { shortest }) => [door.disk_rests(shortest), []],
+  disk_calibrate: (door, { poses }) => [door.disk_calibrate(poses), []],
+  disk_apply: (door, { numbers }) => [door.disk_apply(numbers), []],
   grid: (door, { items, t0, t1, buckets }) => {
     const times = door.grid_times(t0, t1, buckets);
     const columns = items.map((i) => door.grid(i.source, i.column, t0, t1, buckets, i.step));
