@@ -3,7 +3,7 @@
 import { h } from '../dom';
 import { t } from '../messages';
 import { LEFT, RIGHT } from '../plot/axes';
-import { Canvas } from '../plot/mode-strip';
+import { Canvas } from '../plot/strip';
 import { palette } from '../plot/palette';
 import type { Span, Store } from '../state';
 import type { Blind, Sensor } from './door';

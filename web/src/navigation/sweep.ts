@@ -3,7 +3,7 @@
 import { h } from '../dom';
 import { t } from '../messages';
 import { LEFT, rangeOf, RIGHT, VALUE_STEPS, valueLabels } from '../plot/axes';
-import { Canvas } from '../plot/mode-strip';
+import { Canvas } from '../plot/strip';
 import { palette } from '../plot/palette';
 import type { Session } from '../session';
 import type { Span, Store } from '../state';

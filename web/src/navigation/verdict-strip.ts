@@ -1,7 +1,7 @@
 /** Which measurements were used and which refused, over time: one row for each sensor; refused ones are tall. */
 
 import { LEFT, RIGHT } from '../plot/axes';
-import { Canvas, type Stretch } from '../plot/mode-strip';
+import { Canvas, type Stretch } from '../plot/strip';
 import { palette } from '../plot/palette';
 import type { Span } from '../state';
 

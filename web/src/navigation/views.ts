@@ -9,7 +9,7 @@ import { Lane } from '../views/lane';
 import type { TableColumn } from '../views/table';
 import { TimeView } from '../views/time-view';
 import { TimeArea } from '../plot/time-area';
-import { stretches } from '../plot/mode-strip';
+import { stretches } from '../plot/strip';
 import type { GridItem } from '../worker/rpc';
 import { BASE, errorLanes, type Measurement, MEASUREMENTS, satelliteLane, SLOW, stateLanes, statisticLane } from './curves';
 import { VerdictStrip } from './verdict-strip';

@@ -27,6 +27,8 @@ export interface CurveSpec {
   level?: number;
   /** Values are single; each is held until the next one, so long at most, s. */
   hold?: number;
+  /** What is drawn is the value without its sign. */
+  isMagnitude?: boolean;
 }
 
 /** A plot of one quantity. */
@@ -80,9 +82,10 @@ export function estimatorsOf(lanes: LaneSpec[]): string[] {
 }
 
 /** The usual curves of a quantity: estimate with band, the estimate before, truth. */
-export const STYLES: Record<'estimate' | 'second' | 'blind' | 'truth' | 'ghost' | 'raw' | 'threshold', CurveStyle> = {
+export const STYLES: Record<'estimate' | 'second' | 'third' | 'blind' | 'truth' | 'ghost' | 'raw' | 'threshold', CurveStyle> = {
   estimate: { colour: 'estimate', width: 1.5, band: 'estimate-band' },
   second: { colour: 'second', width: 1.5, band: 'second-band' },
+  third: { colour: 'third', width: 1.5, band: 'third-band' },
   blind: { colour: 'blind', width: 1.5, band: 'blind-band' },
   truth: { colour: 'truth', width: 1 },
   ghost: { colour: 'ghost', width: 1.2, dash: [4, 5] },

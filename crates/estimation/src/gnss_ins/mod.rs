@@ -32,6 +32,8 @@ pub mod watch;
 mod case_tests;
 #[cfg(test)]
 mod consistency_tests;
+#[cfg(test)]
+mod honesty_tests;
 
 use drivescope_drive::channel::Channel;
 use drivescope_drive::drive::{Drive, Epoch, LogStart, Signal};
