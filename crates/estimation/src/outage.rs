@@ -19,6 +19,9 @@ use crate::score::reference::TruthTable;
 /// Times into a window at which the drift is told, s.
 pub const AFTER: [f64; 3] = [10.0, 30.0, 60.0];
 
+/// Shortest way of which a drift is a share, m.
+const SHORTEST_WAY: f64 = 10.0;
+
 /// A sensor that can be blinded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -66,7 +69,7 @@ pub struct DriftAt {
     pub distance: f64,
     /// The same less the error that was there when the window began, as a vector, m.
     pub growth: f64,
-    /// `growth` over the way driven since, 1.
+    /// `growth` over the way driven since, 1; no value for a car that has hardly moved.
     pub share: f64,
     /// Error of the yaw less that of the beginning, rad.
     pub yaw: f64,
@@ -149,7 +152,8 @@ impl<'a> Errors<'a> {
             let row = self.time.partition_point(|&t| t <= window.0 + after + 1e-9).saturating_sub(1).min(last);
             let (n, e) = self.offset(row);
             let growth = (n - north).hypot(e - east);
-            let share = growth / self.driven(first, row);
+            let driven = self.driven(first, row);
+            let share = if driven >= SHORTEST_WAY { growth / driven } else { f64::NAN };
             DriftAt { after, distance: n.hypot(e), growth, share, yaw: wrap_angle(self.yaw(row) - self.yaw(first)) }
         };
         let length = window.1 - window.0;

@@ -85,6 +85,7 @@ export const navigation = {
     fromOf: (name: string) => `Begin of ${name}`,
     toOf: (name: string) => `End of ${name}`,
     remove: (name: string) => `Remove ${name}`,
+    noEstimate: 'A dash: there is no estimate from before the window into it.',
     note: 'Against the truth. Yaw: its error at the end less that at the begin.',
     noTruth: 'This log has no truth: against the run that sees everything. Yaw: its error at the end less that at the begin.',
   },

@@ -3,6 +3,7 @@
 import { h } from '../dom';
 import { t } from '../messages';
 import { LEFT, RIGHT } from '../plot/axes';
+import { axis, shareOf, timeAt } from '../plot/axis';
 import { Canvas } from '../plot/strip';
 import { palette } from '../plot/palette';
 import type { Span, Store } from '../state';
@@ -29,8 +30,7 @@ class BrushPlot extends Canvas {
   view: Span = { t0: 0, t1: 1 };
 
   x(time: number): number {
-    const { t0, t1 } = this.view;
-    return LEFT + ((time - t0) / (t1 - t0)) * (this.width - RIGHT - LEFT);
+    return LEFT + shareOf(time, this.view) * (this.width - RIGHT - LEFT);
   }
 
   protected override draw(context: CanvasRenderingContext2D): void {
@@ -41,7 +41,7 @@ class BrushPlot extends Canvas {
       context.textAlign = 'right';
       context.textBaseline = 'middle';
       context.globalAlpha = isThere ? 1 : 0.5;
-      context.fillText(t.navigation.rows[sensor], LEFT - 5, top + ROW / 2, LEFT - 7);
+      context.fillText(t.navigation.rows[sensor], LEFT - 4, top + ROW / 2, LEFT - 4);
       context.globalAlpha = 1;
       context.fillStyle = palette.value.grid;
       context.fillRect(LEFT, top + 3, right - LEFT, ROW - 6);
@@ -94,7 +94,7 @@ export class Brush {
   readonly #plot: BrushPlot;
   readonly #store: Store;
   readonly #line = h('div.cursor-line');
-  #drag: { sensor: Sensor; from: number; index: number | null; part: Part; before: readonly Blind[]; isMoved: boolean } | null = null;
+  #drag: { sensor: Sensor; from: number; x: number; index: number | null; part: Part; before: readonly Blind[]; isMoved: boolean } | null = null;
 
   constructor(store: Store) {
     this.#store = store;
@@ -107,6 +107,7 @@ export class Brush {
       this.#place();
     });
     store.cursor.on(() => this.#place());
+    axis.on(() => this.#place());
     const canvas = this.#plot.canvas;
     canvas.addEventListener('pointerdown', (event) => this.#down(event));
     canvas.addEventListener('pointermove', (event) => this.#move(event));
@@ -122,16 +123,18 @@ export class Brush {
   }
 
   #place(): void {
-    const { t0, t1 } = this.#store.window.value;
-    const share = (this.#store.cursor.value - t0) / (t1 - t0);
+    const share = shareOf(this.#store.cursor.value, this.#store.window.value);
     this.#line.hidden = share < 0 || share > 1;
     this.#line.style.left = `calc(${LEFT}px + ${share} * (100% - ${LEFT + RIGHT}px))`;
   }
 
   #time(event: PointerEvent): number {
+    return this.#timeAt(event.clientX);
+  }
+
+  #timeAt(clientX: number): number {
     const box = this.element.getBoundingClientRect();
-    const { t0, t1 } = this.#store.window.value;
-    return t0 + ((event.clientX - box.left - LEFT) / (box.width - LEFT - RIGHT)) * (t1 - t0);
+    return timeAt((clientX - box.left - LEFT) / Math.max(1, box.width - LEFT - RIGHT), this.#store.window.value);
   }
 
   #row(event: PointerEvent): BrushRow | undefined {
@@ -140,9 +143,8 @@ export class Brush {
   }
 
   #found(event: PointerEvent, sensor: Sensor): { index: number; part: Part } | null {
-    const box = this.element.getBoundingClientRect();
-    const { t0, t1 } = this.#store.window.value;
-    const reach = (REACH * (event.pointerType === 'touch' ? 2 : 1) * (t1 - t0)) / Math.max(1, box.width - LEFT - RIGHT);
+    const pixels = REACH * (event.pointerType === 'touch' ? 2 : 1);
+    const reach = Math.abs(this.#timeAt(event.clientX + pixels) - this.#time(event));
     return windowAt(this.#plot.windows, sensor, this.#time(event), reach);
   }
 
@@ -151,7 +153,7 @@ export class Brush {
     if (!row?.isThere || event.button !== 0) return;
     this.#plot.canvas.setPointerCapture(event.pointerId);
     const found = this.#found(event, row.sensor);
-    this.#drag = { sensor: row.sensor, from: this.#time(event), index: found?.index ?? null, part: found?.part ?? 'end', before: this.#plot.windows, isMoved: false };
+    this.#drag = { sensor: row.sensor, from: this.#time(event), x: event.clientX, index: found?.index ?? null, part: found?.part ?? 'end', before: this.#plot.windows, isMoved: false };
     this.onChoose(found ? (this.#plot.windows[found.index] ?? null) : null);
   }
 
@@ -163,9 +165,7 @@ export class Brush {
     }
     const span = this.#store.span.value;
     const time = this.#time(event);
-    const { t0, t1 } = this.#store.window.value;
-    const pixel = (t1 - t0) / Math.max(1, this.element.clientWidth - LEFT - RIGHT);
-    if (!drag.isMoved && Math.abs(time - drag.from) < 3 * pixel) return;
+    if (!drag.isMoved && Math.abs(event.clientX - drag.x) < 3) return;
     drag.isMoved = true;
     const old = drag.index === null ? undefined : drag.before[drag.index];
     const next = old ? dragged(old, drag.part, time - drag.from, span) : windowOf(drag.sensor, drag.from, time, span);

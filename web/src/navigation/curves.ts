@@ -42,12 +42,15 @@ function family(column: string, kind: '' | '_errors'): CurveSpec[] {
   ];
 }
 
+/** A filter on a standing car finds its yaw when that drives off. */
+const SETTLING = 30;
+
 const PLACES = ['north', 'east', 'down'] as const;
 const TRUTHS: Record<string, string> = { north: 'n', east: 'e', down: 'd', yaw: 'yaw' };
 
 export function errorLanes(): LaneSpec[] {
-  const places = PLACES.map((key): LaneSpec => ({ key, title: t.navigation.lanes[key], quantity: 'plain', unit: 'm', least: 0.5, weight: 1, curves: family(key, '_errors') }));
-  return [...places, { key: 'yaw', title: t.lanes.yaw, quantity: 'angle', unit: 'rad', least: 0.01, weight: 1, curves: family('yaw', '_errors') }];
+  const places = PLACES.map((key): LaneSpec => ({ key, title: t.navigation.lanes[key], quantity: 'plain', unit: 'm', least: 0.5, weight: 1, settling: SETTLING, curves: family(key, '_errors') }));
+  return [...places, { key: 'yaw', title: t.lanes.yaw, quantity: 'angle', unit: 'rad', least: 0.01, weight: 1, settling: SETTLING, curves: family('yaw', '_errors') }];
 }
 
 function truth(column: string): CurveSpec {

@@ -26,7 +26,9 @@ export function driftText(at: DriftAt | null): string {
 
 export interface TableRow {
   window: Blind;
+  /** Null while it is being computed, and where there is no estimate to drift. */
   drift: Drift | null;
+  isKnown: boolean;
 }
 
 export interface TableActions {
@@ -39,11 +41,11 @@ export function driftTable(store: Store, rows: readonly TableRow[], actions: Tab
   const display = store.display.value;
   const unit = unitLabel('angle', 'rad', display);
   const head = [texts.sensor, texts.from, texts.to, texts.driven, ...COLUMNS.map((after) => (after === 0 ? texts.end : texts.after(String(after)))), texts.largest, `${texts.yaw} [${unit}]`, ''];
-  const body = rows.map(({ window, drift }) => {
+  const body = rows.map(({ window, drift, isKnown }) => {
     const name = `${t.navigation.rows[window.sensor]} ${formatTime(store.sinceStart(window.t0))}`;
     const yaw = drift?.at[drift.at.length - 1]?.yaw;
     const isPlace = window.sensor !== 'mag';
-    const cells = isPlace ? COLUMNS.map((after) => (drift ? driftText(driftAt(drift, window, after)) : '…')) : COLUMNS.map(() => '');
+    const cells = isPlace ? COLUMNS.map((after) => (drift ? driftText(driftAt(drift, window, after)) : isKnown ? '–' : '…')) : COLUMNS.map(() => '');
     return h('tr', {},
       h('th', { scope: 'row' }, t.navigation.rows[window.sensor]),
       h('td', {}, timeField(store, window, 't0', texts.fromOf(name), actions)),
@@ -55,7 +57,7 @@ export function driftTable(store: Store, rows: readonly TableRow[], actions: Tab
       h('td', {}, iconButton('close', texts.remove(name), () => actions.remove(window))));
   });
   const table = h('table.numbers', {},
-    h('caption', {}, texts.caption),
+    h('caption', {}, rows.some((r) => r.isKnown && !r.drift) ? `${texts.caption}. ${texts.noEstimate}` : texts.caption),
     h('thead', {}, h('tr', {}, ...head.map((text) => (text === '' ? h('td') : h('th', { scope: 'col' }, text))))),
     h('tbody', {}, ...body));
   return h('div.scroll', { tabindex: '0', role: 'region', 'aria-label': texts.caption }, table);

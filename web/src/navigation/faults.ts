@@ -3,6 +3,7 @@
 import { h, iconButton } from '../dom';
 import { t } from '../messages';
 import { LEFT, RIGHT } from '../plot/axes';
+import { shareOf } from '../plot/axis';
 import { Canvas } from '../plot/strip';
 import { palette } from '../plot/palette';
 import { TimeArea } from '../plot/time-area';
@@ -22,7 +23,7 @@ class FaultStrip extends Canvas {
 
   protected override draw(context: CanvasRenderingContext2D): void {
     const right = this.width - RIGHT;
-    const x = (time: number): number => Math.min(right, Math.max(LEFT, LEFT + ((time - this.view.t0) / (this.view.t1 - this.view.t0)) * (right - LEFT)));
+    const x = (time: number): number => Math.min(right, Math.max(LEFT, LEFT + shareOf(time, this.view) * (right - LEFT)));
     this.faults.forEach((fault, i) => {
       const top = i * ROW;
       context.fillStyle = palette.value.muted;

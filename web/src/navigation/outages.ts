@@ -100,6 +100,7 @@ export class OutageView {
     if (!report || report.name !== before) {
       this.#windows = [];
       this.#history = new History<readonly Blind[]>([]);
+      this.#store.blind.value = [];
     }
     this.#chosen = null;
     this.#drifts = { windows: [], drifts: [] };
@@ -115,6 +116,7 @@ export class OutageView {
     }
     if (!this.#runs.place.isQuick) return;
     this.#windows = windows;
+    this.#store.blind.value = windows;
     this.#runs.place.refresh();
   }
 
@@ -129,8 +131,8 @@ export class OutageView {
     if (this.#history[way]()) this.#set(this.#history.now);
   }
 
-  #set(windows: readonly Blind[]): void {
-    this.#windows = windows;
+  #set(next: readonly Blind[]): void {
+    this.#windows = next;
     this.#chosen = null;
     const needsCompass = this.#of('compass').length > 0;
     if (needsCompass && !this.#release) this.#release = this.#store.want([COMPASS]);
@@ -138,6 +140,7 @@ export class OutageView {
       this.#release?.();
       this.#release = null;
     }
+    this.#store.blind.value = next;
     this.#show();
     for (const run of Object.values(this.#runs)) run.refresh();
   }
@@ -173,7 +176,7 @@ export class OutageView {
     const rows = this.#windows.map((window): TableRow => {
       const isKnown = windows.includes(window);
       const drift = drifts.find((d) => Math.abs(d.window[0] - window.t0) < 1e-6 && Math.abs(d.window[1] - window.t1) < 1e-6);
-      return { window, drift: isKnown ? (drift ?? null) : null };
+      return { window, isKnown, drift: isKnown ? (drift ?? null) : null };
     });
     const focused = document.activeElement instanceof HTMLElement && this.#table.contains(document.activeElement) ? document.activeElement.dataset['field'] : undefined;
     const replace = (old: Blind, next: Blind[]): void => this.#apply(this.#windows.flatMap((w) => (w === old ? next : [w])));
@@ -210,7 +213,10 @@ export class OutageView {
     const field = (label: string): HTMLInputElement => h('input.time-field', { type: 'text', inputmode: 'decimal', 'aria-label': label });
     const [from, to] = [field(texts.from), field(texts.to)];
     const propose = (): void => {
-      const start = Math.min(Math.max(store.cursor.value, store.span.value.t0), Math.max(store.span.value.t0, store.span.value.t1 - USUAL));
+      const { t0, t1 } = store.span.value;
+      // At its beginning the filter does not know yet where it is.
+      const wanted = store.cursor.value < t0 + 0.1 * (t1 - t0) ? t0 + 0.3 * (t1 - t0) : store.cursor.value;
+      const start = Math.min(Math.max(wanted, t0), Math.max(t0, t1 - USUAL));
       if (!isTyped) [from.value, to.value] = [formatTime(store.sinceStart(start)), formatTime(store.sinceStart(start + USUAL))];
     };
     let isTyped = false;

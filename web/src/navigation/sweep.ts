@@ -2,7 +2,8 @@
 
 import { h } from '../dom';
 import { t } from '../messages';
-import { LEFT, rangeOf, RIGHT, VALUE_STEPS, valueLabels } from '../plot/axes';
+import { LEFT, rangeOf, RIGHT, TIME_STEPS, VALUE_STEPS, valueLabels } from '../plot/axes';
+import { axis, shareOf, timeAt } from '../plot/axis';
 import { Canvas } from '../plot/strip';
 import { palette } from '../plot/palette';
 import type { Session } from '../session';
@@ -22,7 +23,7 @@ class SweepPlot extends Canvas {
   start = 0;
 
   x(time: number): number {
-    return LEFT + ((time - this.view.t0) / (this.view.t1 - this.view.t0)) * (this.width - LEFT - RIGHT);
+    return LEFT + shareOf(time, this.view) * (this.width - LEFT - RIGHT);
   }
 
   protected override draw(context: CanvasRenderingContext2D): void {
@@ -43,10 +44,7 @@ class SweepPlot extends Canvas {
     });
     context.textAlign = 'center';
     context.textBaseline = 'top';
-    const { t0, t1 } = this.view;
-    const places = Math.max(2, Math.floor((this.width - LEFT - RIGHT) / 110));
-    for (let i = 0; i <= places; i++) {
-      const time = t0 + (i / places) * (t1 - t0);
+    for (const time of this.#instants()) {
       context.fillStyle = palette.value.muted;
       context.fillText(formatTime(time - this.start, 0), this.x(time), floor + 5);
     }
@@ -65,6 +63,17 @@ class SweepPlot extends Canvas {
       context.fill();
     });
     context.restore();
+  }
+
+  /** Round instants to be written below the plot; over distance those at even places. */
+  #instants(): number[] {
+    const { t0, t1 } = this.view;
+    const most = Math.max(2, Math.floor((this.width - LEFT - RIGHT) / 84));
+    if (axis.value.kind === 'distance') return Array.from({ length: most }, (_, i) => timeAt((i + 0.5) / most, this.view));
+    const step = TIME_STEPS.find((s) => (t1 - t0) / s <= most) ?? t1 - t0;
+    const first = Math.ceil((t0 - this.start) / step - 1e-9);
+    const last = Math.floor((t1 - this.start) / step + 1e-9);
+    return Array.from({ length: Math.max(0, last - first + 1) }, (_, i) => this.start + (first + i) * step);
   }
 }
 

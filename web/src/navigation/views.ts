@@ -9,10 +9,12 @@ import { Lane } from '../views/lane';
 import type { TableColumn } from '../views/table';
 import { TimeView } from '../views/time-view';
 import { TimeArea } from '../plot/time-area';
-import { stretches } from '../plot/strip';
 import type { GridItem } from '../worker/rpc';
 import { BASE, errorLanes, type Measurement, MEASUREMENTS, satelliteLane, SLOW, stateLanes, statisticLane } from './curves';
-import { VerdictStrip } from './verdict-strip';
+import { verdicts, VerdictStrip } from './verdict-strip';
+
+/** Drawn beside the navigation filter where the drive has what they need. */
+const QUIET = ['gnss', 'attitude'];
 
 type Shown = 'errors' | 'states';
 
@@ -27,8 +29,8 @@ export class ErrorViews {
     this.#store = store;
     const texts = t.navigation;
     this.views = {
-      errors: new TimeView(store, session, { title: texts.errors, key: '1', id: 'navigation-errors', lanes: errorLanes(), controls: [this.#choice('errors'), note('errors')] }),
-      states: new TimeView(store, session, { title: texts.states, key: '1', id: 'navigation-states', lanes: stateLanes(), controls: [this.#choice('states'), note('states')] }),
+      errors: new TimeView(store, session, { title: texts.errors, key: '1', id: 'navigation-errors', lanes: errorLanes(), quiet: QUIET, controls: [this.#choice('errors'), note('errors')] }),
+      states: new TimeView(store, session, { title: texts.states, key: '1', id: 'navigation-states', lanes: stateLanes(), quiet: QUIET, controls: [this.#choice('states'), note('states')] }),
     };
     this.elements = [this.views.errors.element, this.views.states.element];
     store.report.watch(() => this.#show(this.#hasTruth() ? 'errors' : 'states'));
@@ -162,7 +164,7 @@ export class MeasurementView extends TimeView {
   protected override takeExtra(times: Float64Array, columns: Float64Array[]): void {
     const rows = this.#present().map(([name], i) => {
       const values = columns[i] ?? new Float64Array();
-      return { label: t.navigation.sensors[name] ?? name, stretches: stretches(times, values.map((v) => (v < 0.5 ? 0 : v < 1 ? 1 : v === 1 ? 2 : Number.NaN))) };
+      return { label: t.navigation.sensors[name] ?? name, stretches: verdicts(times, values) };
     });
     this.#strip.setRows(rows);
   }

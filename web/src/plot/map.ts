@@ -8,6 +8,8 @@ import { modeColour, palette } from './palette';
 
 /** Columns of a path as the core gives it. */
 const FIELDS = 5;
+/** A blinded run is drawn so long after its windows, s. */
+const FINDS_BACK = 5;
 
 /** A path: time, north, east, sigma and mode of each point, flattened. */
 export type Path = Float64Array;
@@ -20,6 +22,8 @@ export interface Layers {
   /** Further runs: with smoothing, with sensors blinded. */
   smoothed: Path;
   blinded: Path;
+  /** Where the blinded run is drawn. */
+  blind: readonly { t0: number; t1: number }[];
   /** Fixes that the filter refused. */
   rejected: Path;
   /** Errors of the estimate, in the order of time. */
@@ -160,7 +164,7 @@ export class MapPlot extends Canvas {
     if (layers.isShown.estimate) this.#drawEstimate(context, layers);
     if (layers.isShown.previous) this.#line(context, layers.previous, palette.value.ghost, 1.2, [4, 5]);
     if (layers.isShown.smoothed) this.#line(context, layers.smoothed, palette.value.second, 1.5);
-    if (layers.isShown.blinded) this.#line(context, layers.blinded, palette.value.blind, 2);
+    if (layers.isShown.blinded) this.#drawBlinded(context, layers);
     if (layers.isShown.rejected) this.#drawRejected(context, layers);
     if (this.#car) this.#drawCar(context, this.#car);
     this.#drawScale(context);
@@ -209,6 +213,14 @@ export class MapPlot extends Canvas {
     for (let i = first; i < end; i++) {
       const [x, y] = this.#project(fixes[i * FIELDS + 1] as number, fixes[i * FIELDS + 2] as number);
       context.fillRect(x - 1, y - 1, 2, 2);
+    }
+  }
+
+  /** The blinded run from where it is blind to where it has found back. */
+  #drawBlinded(context: CanvasRenderingContext2D, { blinded, blind }: Layers): void {
+    for (const window of blind) {
+      const [first, end] = between(blinded, window.t0, window.t1 + FINDS_BACK);
+      this.#line(context, blinded.subarray(first * FIELDS, end * FIELDS), palette.value.blind, 2);
     }
   }
 

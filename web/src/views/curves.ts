@@ -47,6 +47,8 @@ export interface LaneSpec {
   least: number;
   /** It is not the last one of its view, but lowest where it is shown. */
   hasTimeAxis?: boolean;
+  /** So long, s, a filter takes to find its start, which does not set the range of values. */
+  settling?: number;
   /** Height relative to other lanes. */
   weight: number;
 }

@@ -53,7 +53,7 @@ export class Lane {
     this.element.style.flexGrow = String(spec.weight);
     if (hasTimeAxis) this.element.classList.add('with-time-axis');
     const styles = spec.curves.map((c) => c.style);
-    this.plot = new TimePlot(this.plotHost, { styles, isLog: spec.isLog ?? false, hasTimeAxis, ...(spec.isCircular ? { steps: TURN_STEPS } : {}) });
+    this.plot = new TimePlot(this.plotHost, { styles, isLog: spec.isLog ?? false, hasTimeAxis, ...(spec.isCircular ? { steps: TURN_STEPS } : {}), ...(spec.settling === undefined ? {} : { settling: spec.settling }) });
     this.plotHost.append(new TimeArea(store).element);
     this.plotHost.setAttribute('role', 'img');
     onResize(this.plotHost, (width, height) => {

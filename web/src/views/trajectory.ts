@@ -61,6 +61,7 @@ export class TrajectoryView {
       fixes: NOTHING,
       smoothed: NOTHING,
       blinded: NOTHING,
+      blind: store.blind.value,
       rejected: NOTHING,
       ellipses: [],
       outages: [],
@@ -185,6 +186,7 @@ export class TrajectoryView {
       loadErrors();
     });
     store.faults.on(loadDrive);
+    store.blind.on((blind) => this.#update({ blind }));
   }
 
   /** How sure the filter is along what is shown, and which fixes it refused. */
