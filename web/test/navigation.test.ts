@@ -1,7 +1,7 @@
 import { expect, test } from 'vitest';
 import type { Blind, Drift } from '../src/navigation/door';
 import { driftAt, driftText } from '../src/navigation/drift-table';
-import { makeFault, signalsFor, signalUnit, usualAmount } from '../src/navigation/fault-kinds';
+import { isPossible, makeFault, signalsFor, signalUnit, usualAmount } from '../src/navigation/fault-kinds';
 import { endOf, worstOf } from '../src/navigation/sweep';
 import { dragged, moved, parseTime, tidy, windowAt, windowOf } from '../src/navigation/windows';
 import { held } from '../src/plot/gaps';
@@ -95,6 +95,7 @@ test('a fault offers only what can fail so, with the amount in its unit', () => 
   expect(signalsFor('clock_jump', channels)).toEqual([]);
   expect([signalUnit('bias', 'gyro_z'), signalUnit('delay', 'gyro_z'), signalUnit('multipath', '')]).toEqual(['rad/s', 's', 'm']);
   expect(usualAmount('bias', 'gnss_lat') * 6.37e6).toBeCloseTo(10, 0);
+  expect([isPossible('clock_jump', channels, false), isPossible('multipath', channels, false), isPossible('multipath', channels.slice(0, 1), false), isPossible('bias', [], true)]).toEqual([false, true, false, false]);
   const form = { signal: 'imu', amount: 4, satellites: 2.4, from: 1, to: 2, seed: 7 };
   expect(makeFault('noise', form)).toEqual({ kind: 'noise', signal: 'imu', factor: 4, from: 1, to: 2, seed: 7 });
   expect(makeFault('multipath', form)).toEqual({ kind: 'multipath', metres: 4, satellites: 2, from: 1, to: 2, seed: 7 });

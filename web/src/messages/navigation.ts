@@ -128,6 +128,6 @@ export const navigation = {
     sign: (count: number) => (count === 1 ? 'A fault is in this drive: measurements are not as recorded.' : `${count} faults are in this drive: measurements are not as recorded.`),
     times: 'times',
     kinds: { bias: 'Bias step', freeze: 'Freeze', delay: 'Delay', noise: 'Noise', clock_jump: 'Clock jump', multipath: 'Multipath' } as Readonly<Record<string, string>>,
-    channels: { imu: 'all of the IMU', mag: 'all of the magnetometer', wheels: 'all of the odometer', gnss: 'all of GNSS', steering: 'all of the steering' } as Readonly<Record<string, string>>,
+    channels: { inertial: 'all of the IMU', magnetometer: 'all of the magnetometer', wheels: 'all of the odometer', gnss: 'all of GNSS', steering: 'all of the steering' } as Readonly<Record<string, string>>,
   },
 } as const;

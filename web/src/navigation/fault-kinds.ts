@@ -60,6 +60,13 @@ export function signalsFor(kind: FaultKind, channels: Channels): string[] {
   return kind === 'bias' ? columns : [...whole, ...columns];
 }
 
+/** Whether something in the drive can fail so; ranges of single satellites are no channel. */
+export function isPossible(kind: FaultKind, channels: Channels, hasRanges: boolean): boolean {
+  if (kind === 'clock_jump') return hasRanges;
+  if (kind === 'multipath') return hasRanges || channels.some((c) => c.name === 'gnss');
+  return signalsFor(kind, channels).length > 0;
+}
+
 /** The fault that a form describes. */
 export function makeFault(kind: FaultKind, form: { signal: string; amount: number; satellites: number; from: number; to: number; seed: number }): Fault {
   const { signal, amount, satellites, from, to, seed } = form;

@@ -50,10 +50,14 @@ export class FaultSwitch {
 
   #show(): void {
     this.#store.room.value = 'navigation';
-    const panel = (): HTMLElement | null => document.querySelector<HTMLElement>('[data-view="navigation-faults"]');
+    // The room's code may have to be loaded first.
+    let frames = 300;
     const go = (): void => {
-      panel()?.focus();
-      panel()?.scrollIntoView({ block: 'nearest' });
+      const panel = document.querySelector<HTMLElement>('[data-view="navigation-faults"]');
+      if (panel?.checkVisibility()) {
+        panel.focus();
+        panel.scrollIntoView({ block: 'nearest' });
+      } else if (frames-- > 0) requestAnimationFrame(go);
     };
     go();
   }

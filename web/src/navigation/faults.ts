@@ -7,10 +7,10 @@ import { shareOf } from '../plot/axis';
 import { Canvas } from '../plot/strip';
 import { palette } from '../plot/palette';
 import { TimeArea } from '../plot/time-area';
-import type { Span, Store } from '../state';
+import { isRunnable, type Span, type Store } from '../state';
 import { formatSignificant, formatTime, paramUnit } from '../units';
 import type { Fault } from './door';
-import { type Channels, type FaultKind, KINDS, makeFault, signalsFor, signalUnit, usualAmount } from './fault-kinds';
+import { type Channels, type FaultKind, isPossible, KINDS, makeFault, signalsFor, signalUnit, usualAmount } from './fault-kinds';
 import type { FaultSwitch } from './fault-switch';
 import { parseTime } from './windows';
 
@@ -111,8 +111,11 @@ export class FaultView {
     return this.#kind.value as FaultKind;
   }
 
-  /** The signals that can fail in this way. */
+  /** The kinds that the drive can have, and the signals that can fail in this way. */
   #offer(): void {
+    const hasRanges = isRunnable(this.#store.report.value, 'gnss');
+    for (const option of this.#kind.options) option.disabled = !isPossible(option.value as FaultKind, this.#channels(), hasRanges);
+    if (this.#kind.selectedOptions[0]?.disabled) this.#kind.value = 'bias';
     const chosen = this.#signal.value;
     const signals = signalsFor(this.#chosen, this.#channels());
     this.#signal.replaceChildren(...signals.map((s) => h('option', { value: s, selected: s === chosen }, t.navigation.faults.channels[s] ?? s)));

@@ -17,7 +17,9 @@ import { parseTime, SENSORS, tidy, windowOf } from './windows';
 
 /** Length of a window that is put in without being drawn, s. */
 const USUAL = 60;
-const CHANNELS: Record<Sensor, readonly string[]> = { gnss: ['gnss', 'raw_gnss'], mag: ['mag'], odometer: ['wheels'] };
+const CHANNELS: Record<Sensor, string> = { gnss: 'gnss', mag: 'magnetometer', odometer: 'wheels' };
+/** The estimator that needs ranges of single satellites. */
+const RECEIVER = 'gnss';
 /** The estimator that uses the magnetometer. */
 const COMPASS = 'orientation';
 
@@ -92,7 +94,8 @@ export class OutageView {
   #isThere(sensor: Sensor): boolean {
     const report = this.#store.report.value;
     const estimator = sensor === 'mag' ? COMPASS : BASE;
-    return isRunnable(report, estimator) && (report?.channels.some((c) => CHANNELS[sensor].includes(c.name)) ?? false);
+    const isMeasured = report?.channels.some((c) => c.name === CHANNELS[sensor]) ?? false;
+    return isRunnable(report, estimator) && (isMeasured || (sensor === 'gnss' && isRunnable(report, RECEIVER)));
   }
 
   #opened(before: string | null): void {
