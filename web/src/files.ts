@@ -2,13 +2,15 @@
 
 import { h } from './dom';
 import { t } from './messages';
+import { applySavedDisk, isDisk } from './motion/disk-file';
+import { isLabels } from './motion/labels';
 import type { Session } from './session';
 import type { Store } from './state';
 
 /** Bytes at the beginning of a JSON file that tell a trace, which may be long, from what is one object. */
 const HEAD = 65_536;
 
-type Kind = 'mapping' | 'drive' | 'calibration' | 'log';
+type Kind = 'mapping' | 'drive' | 'calibration' | 'disk' | 'log';
 interface Told {
   file: File;
   kind: Kind;
@@ -27,10 +29,19 @@ async function tell(file: File): Promise<Told> {
   const text = await file.text();
   const value: unknown = JSON.parse(text);
   const has = (key: string): boolean => typeof value === 'object' && value !== null && key in value;
-  return { file, kind: has('segments') ? 'drive' : has('distortion') ? 'calibration' : 'mapping', text };
+  return { file, kind: has('segments') ? 'drive' : has('distortion') ? 'calibration' : isDisk(value) ? 'disk' : 'mapping', text };
 }
 
 const names = (files: File[]): string => files.map((f) => f.name).join(', ');
+
+/** Labels of the motion mode among dropped files; only small files are looked at. */
+export async function labelsAmong(files: File[]): Promise<{ file: File; text: string } | null> {
+  for (const file of files.filter((f) => /\.(csv|json)$/i.test(f.name))) {
+    if (!isLabels(await file.slice(0, 64).text())) continue;
+    return { file, text: await file.text() };
+  }
+  return null;
+}
 
 /** Open what was dropped: a JSON file alone is a drive, beside a log it is its mapping. True for an open log. */
 export async function openFiles(store: Store, session: Session, files: File[], first: number, calibrate: (text: string) => Promise<void>): Promise<boolean> {
@@ -52,7 +63,7 @@ export async function openFiles(store: Store, session: Session, files: File[], f
   }
   const of = (kind: Kind): Told[] => told.filter((f) => f.kind === kind);
   const logs = of('log').map((f) => f.file);
-  const [drive, calibration, mapping] = [of('drive')[0], of('calibration')[0], of('mapping')[0]];
+  const [drive, calibration, mapping, disk] = [of('drive')[0], of('calibration')[0], of('mapping')[0], of('disk')[0]];
   const aside = (kind: Kind): string => names(told.filter((f) => f.kind !== kind).map((f) => f.file));
   if (drive) {
     if (of('drive').length > 1) return refuse(t.files.drives(names(files)));
@@ -67,9 +78,14 @@ export async function openFiles(store: Store, session: Session, files: File[], f
     await calibrate(calibration.text);
     return false;
   }
+  if (disk && logs.length === 0) {
+    await applySavedDisk(store, session, disk.text);
+    return false;
+  }
   if (of('mapping').length > 1) return refuse(t.files.mappings(names(of('mapping').map((f) => f.file))));
   if (mapping && logs.length === 0) return refuse(t.files.mappingAlone(mapping.file.name));
   const isOpen = await session.open({ kind: 'files', files: logs, mapping: mapping?.text ?? null }, label(logs));
+  if (isOpen && disk) await applySavedDisk(store, session, disk.text);
   if (isOpen) void session.runAll();
   return isOpen;
 }

@@ -2,7 +2,10 @@
 
 import type { RoomName } from '../room-names';
 import { files } from './files';
+import { axis } from './axis';
 import { compass, gate, variants } from './magnetic';
+import { loops } from './loops';
+import { motion } from './motion';
 import { road } from './road';
 
 export const en = {
@@ -10,7 +13,10 @@ export const en = {
   variants,
   gate,
   compass,
+  axis,
   road,
+  loops,
+  motion,
   name: 'Drivescope',
   header: {
     drive: 'Drive',
@@ -117,10 +123,11 @@ export const en = {
   },
   rooms: {
     label: 'Rooms',
-    names: { overview: 'Overview', road: 'Road and forces' } satisfies Record<RoomName, string>,
+    names: { overview: 'Overview', road: 'Road and forces', motion: 'Motion' } satisfies Record<RoomName, string>,
     about: {
       overview: 'Attitude, slope and motion mode',
       road: 'Slope, grade, body pitch, longitudinal acceleration and tyre forces',
+      motion: 'Motion mode and why it was decided, labels, aids of land navigation, detectors of rest, the six-accelerometer sensor',
     } satisfies Record<RoomName, string>,
     failed: (name: string) => `The room ${name} could not be loaded. Check the network and choose it again.`,
   },
@@ -139,7 +146,7 @@ export const en = {
     trouble: (title: string, what: string, count: string) => `${title} is not to be believed here: ${what} (${count === "1" ? "once" : `${count} times`}).`,
     notRunnable: (title: string, missing: string) => `${title} cannot run on this log: no ${missing}.`,
     noPosition: 'This log has no positions to draw.',
-    plotLabel: (title: string, unit: string) => `${title}${unit ? ` in ${unit}` : ''} over time. The table holds the numbers.`,
+    plotLabel: (title: string, unit: string) => `${title}${unit ? ` in ${unit}` : ''} over time or distance. The table holds the numbers.`,
     mapLabel: 'Trajectory seen from above, north up. The table holds the numbers.',
     source: 'Estimate',
   },
@@ -321,13 +328,15 @@ export const en = {
       ['+ −', 'zoom in or out about the cursor'],
       ['0', 'show the whole drive'],
       ['[ ]', 'move what is shown'],
-      ['1 2 3', 'go to a view of the room that is open, from top to bottom'],
+      ['1 2 3 5 6', 'go to a view of the room that is open, from top to bottom'],
       ['4', 'go to the trajectory'],
       ['V', 'the next room: overview, road, …'],
+      ['X', 'plots over time or over distance'],
       ['P', 'go to the parameters'],
       ['Ctrl+Z, Ctrl+Shift+Z', 'undo or redo a parameter'],
       ['D', 'choose a built-in drive'],
       ['G', 'the gallery of papers'],
+      ['C', 'closed loops: control of a car'],
       ['O', 'open a log'],
       ['?', 'this page'],
       ['Esc', 'close'],

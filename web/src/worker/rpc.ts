@@ -1,7 +1,9 @@
 /** The typed conversation between the page and its worker. */
 
 import type { CompassOperations } from '../compass/door';
+import type { MotionOperations } from '../motion/door';
 import type { Catalogue, Comparison, DriveReport, ParamValue, Progress, RunReport } from '../door';
+import type { RoadOperations } from '../road/door';
 
 /** What is read of a large file: columns by name, a part of its time (s after its beginning), every nth row. */
 export interface Keep {
@@ -42,7 +44,7 @@ export interface RunReply {
 }
 
 /** Every operation: what it takes and what it gives. */
-export interface Operations extends CompassOperations {
+export interface Operations extends CompassOperations, MotionOperations, RoadOperations {
   catalogue: { takes: Record<string, never>; gives: Catalogue };
   open: { takes: OpenRequest; gives: DriveReport };
   run: { takes: { estimator: string; params: Record<string, ParamValue>; vehicle: string | null }; gives: RunReply };

@@ -232,6 +232,26 @@ const answers: {
   compass: (door, { year, latitude, longitude, withField }) => [door.compass(year, latitude, longitude, withField), []],
   compass_apply: (door, { calibration, mountYaw, clock }) => [(door.compass_apply(Float64Array.from([...calibration.offset, ...calibration.distortion]), calibration.kind === 'planar', mountYaw, clock), null), []],
   compass_undo: (door) => [(door.compass_undo(), null), []],
+  profile: (door, { name }) => [door.profile(name), []],
+  keep_pass: (door, { name }) => [(door.keep_pass(name), null), []],
+  forget_passes: (door) => [(door.forget_passes(), null), []],
+  profile_file: (door, { isMap }) => {
+    const bytes = door.profile_file(isMap);
+    return [bytes, [bytes.buffer]];
+  },
+  lamps: (door, { vehicle }) => [door.lamps(vehicle ?? undefined), []],
+  sensor_offers: (door) => [door.sensor_offers(), []],
+  spread: (door, { items, t0, t1 }) => [items.map((i) => door.spread(i.source, i.column, t0, t1)), []],
+  distance: (door, { source, column, t0, t1, count }) => {
+    const driven = door.distance(source, column, t0, t1, count);
+    return [driven, [driven.buffer]];
+  },
+  decisions: (door, { source }) => [door.decisions(source), []],
+  labels_paint: (door, { labels, from, to, mode }) => [door.labels_paint(labels, from, to, mode), []],
+  labels_score: (door, { source, labels }) => [door.labels_score(source, labels), []],
+  disk_rests: (door, { shortest }) => [door.disk_rests(shortest), []],
+  disk_calibrate: (door, { poses }) => [door.disk_calibrate(poses), []],
+  disk_apply: (door, { numbers }) => [door.disk_apply(numbers), []],
   grid: (door, { items, t0, t1, buckets }) => {
     const times = door.grid_times(t0, t1, buckets);
     const columns = items.map((i) => door.grid(i.source, i.column, t0, t1, buckets, i.step));
