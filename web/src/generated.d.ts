@@ -3,6 +3,10 @@ declare module '*/generated/drivescope_wasm.js' {
   export class Session {}
   export default function init(): Promise<unknown>;
 }
+declare module '*/generated/drivescope_drives.js' {
+  export class Simulator {}
+  export default function init(): Promise<unknown>;
+}
 declare module '*/generated/drivescope_gallery.js' {
   export class Attempt {
     constructor(id: string);
@@ -12,5 +16,7 @@ declare module '*/generated/drivescope_gallery.js' {
 }
 declare module '*/generated/drivescope_readers.js' {
   export class Reader {}
+  export function role(file: File): string;
+  export function __wbg_reset_state(): void;
   export default function init(): Promise<unknown>;
 }

@@ -13,7 +13,7 @@ use drivescope_drive::param::Choice;
 use drivescope_estimation::estimator::{Estimator, EstimatorError};
 use drivescope_estimation::magnetometer_calibration::calibrate;
 use drivescope_estimation::orientation::{Orientation, OrientationParams, Variant};
-use drivescope_estimation::registry::{ESTIMATORS, EstimatorInfo, run_by_name};
+use drivescope_estimation::registry::{ESTIMATORS, run_by_name};
 use drivescope_import::{CsvReader, open_table};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -126,11 +126,6 @@ fn filter_steps<E: Estimator>(
     Ok(samples)
 }
 
-/// Whether the drive has every signal that an estimator cannot do without.
-fn can_run(estimator: &EstimatorInfo, drive: &Drive) -> bool {
-    estimator.needs.iter().all(|n| !n.required || drive.has(n.signal))
-}
-
 /// The shortest built-in drive with a six-accelerometer disk, for estimators that need one.
 fn disk_drive() -> Result<Drive, String> {
     let spec = drivescope_simulation::named("u_drive_disk").ok_or("the drive with the disk cannot be read")?;
@@ -140,7 +135,7 @@ fn disk_drive() -> Result<Drive, String> {
 fn estimate_all(drive: &Drive) -> Result<(), String> {
     ESTIMATORS
         .iter()
-        .filter(|e| can_run(e, drive))
+        .filter(|e| e.can_run(drive))
         .try_for_each(|e| run_by_name(e.name, drive, &Value::Null, None).map(drop))
         .map_err(|e| e.to_string())
 }
@@ -168,7 +163,7 @@ fn bench(clock: &impl Fn() -> f64, rounds: usize) -> Result<Report, String> {
     // `gnss` needs ranges of single satellites; `navigation` measures it.
     let steppable: Vec<_> = ESTIMATORS
         .iter()
-        .filter_map(|e| Some((e, [&drive, &disk].into_iter().find(|drive| can_run(e, drive))?)))
+        .filter_map(|e| Some((e, [&drive, &disk].into_iter().find(|drive| e.can_run(drive))?)))
         .collect();
     entries.extend(steppable.iter().map(|(e, _)| Entry {
         name: format!("step {}", e.name),

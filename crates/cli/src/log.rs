@@ -6,12 +6,9 @@ use std::path::{Path, PathBuf};
 
 use drivescope_drive::drive::Drive;
 use drivescope_import::{
-    CsvReader, FORMATS, Mapping, MemorySource, OpenReport, Opening, SeekSource, Source, Table, open_log, raw_gnss,
+    FORMATS, IoSource, Mapping, MemorySource, OpenReport, Opening, SeekSource, Source, open_log, raw_gnss, read_csv,
 };
 use serde_json::Value;
-
-/// Bytes read at a time.
-const SLICE: usize = 1 << 20;
 
 /// Which log, and how to read it.
 #[derive(clap::Args)]
@@ -71,8 +68,9 @@ impl LogArgs {
         let log = opening.finish().map_err(|e| e.to_string())?;
         let (mut drive, report) = open_log(log, mapping.as_ref()).map_err(|e| e.to_string())?;
         if let Some(path) = &self.gnss_raw {
-            let mut file = File::open(path).map_err(|e| unreadable(path, &e))?;
-            let table = table(&mut file, &path.display().to_string())?;
+            let file = File::open(path).map_err(|e| unreadable(path, e))?;
+            let table =
+                read_csv(&mut IoSource::new(file, None), &path.display().to_string()).map_err(|e| e.to_string())?;
             drive.raw_gnss = raw_gnss(&table, report.mapping.time.offset).map_err(|e| e.to_string())?;
         }
         Ok(Opened { drive, report })
@@ -91,13 +89,13 @@ impl LogArgs {
 }
 
 fn file(path: &Path, name: &str) -> Result<Box<dyn Source>, String> {
-    let file = File::open(path).map_err(|e| format!("{}: could not be read: {e}", path.display()))?;
-    Ok(Box::new(SeekSource::new(name, file).map_err(|e| format!("{}: could not be read: {e}", path.display()))?))
+    let file = File::open(path).map_err(|e| unreadable(path, e))?;
+    Ok(Box::new(SeekSource::new(name, file).map_err(|e| unreadable(path, e))?))
 }
 
 /// Every file below a folder, named by its way from the folder.
 fn folder(root: &Path, at: &Path, sources: &mut Vec<Box<dyn Source>>) -> Result<(), String> {
-    let failed = |e: std::io::Error| format!("{}: could not be read: {e}", at.display());
+    let failed = |e: std::io::Error| unreadable(at, e);
     let mut entries = Vec::new();
     for entry in std::fs::read_dir(at).map_err(failed)? {
         entries.push(entry.map_err(failed)?.path());
@@ -115,21 +113,8 @@ fn folder(root: &Path, at: &Path, sources: &mut Vec<Box<dyn Source>>) -> Result<
     Ok(())
 }
 
-fn unreadable(path: &Path, error: &std::io::Error) -> String {
+fn unreadable(path: &Path, error: impl std::fmt::Display) -> String {
     format!("{}: could not be read: {error}", path.display())
-}
-
-/// Read CSV slice by slice.
-fn table(source: &mut dyn Read, name: &str) -> Result<Table, String> {
-    let mut reader = CsvReader::new(name);
-    let mut slice = vec![0; SLICE];
-    loop {
-        let length = source.read(&mut slice).map_err(|e| unreadable(Path::new(name), &e))?;
-        if length == 0 {
-            return reader.finish().map_err(|e| e.to_string());
-        }
-        reader.feed(&slice[..length]).map_err(|e| e.to_string())?;
-    }
 }
 
 /// A JSON file.
@@ -141,5 +126,5 @@ pub fn json_file(path: &Path) -> Result<Value, String> {
 }
 
 fn text_file(path: &Path) -> Result<String, String> {
-    std::fs::read_to_string(path).map_err(|e| format!("{}: could not be read: {e}", path.display()))
+    std::fs::read_to_string(path).map_err(|e| unreadable(path, e))
 }

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use crate::channel::Series;
 use crate::drive::Drive;
+use crate::json;
 use crate::param::Params;
 use crate::satellites::{RAW_COLUMNS, RawGnss};
 
@@ -124,7 +125,7 @@ pub fn write_drive(drive: &Drive, out: &mut impl Write) -> io::Result<()> {
         writeln!(out, "# {REAR_AXLE} = {x}")?;
     }
     if let Some(vehicle) = &drive.vehicle {
-        writeln!(out, "# {VEHICLE} = {}", vehicle.to_json())?;
+        writeln!(out, "# {VEHICLE} = {}", json::flat(&vehicle.to_json()))?;
     }
     write!(out, "t")?;
     for (_, columns) in &parts {

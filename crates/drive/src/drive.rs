@@ -257,6 +257,12 @@ pub struct LogStart {
     pub disk: Option<Disk>,
 }
 
+impl LogStart {
+    /// Nothing is known.
+    pub const UNKNOWN: Self =
+        Self { imu_step: f64::NAN, speed: f64::NAN, origin: None, rear_axle: None, date: None, disk: None };
+}
+
 impl Drive {
     /// The channels without their row types, in a fixed order; `truth` is not among them.
     pub fn channels(&self) -> [&Series; 8] {

@@ -7,6 +7,7 @@
 use drivescope_drive::channel::Series;
 use drivescope_drive::drive::{Drive, Epoch};
 use drivescope_drive::frames::wrap_angle;
+use drivescope_drive::select::nth;
 use drivescope_drive::vehicle::VehicleParams;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -248,7 +249,10 @@ impl Sweep {
             return Ok(false);
         }
         if let Some(seeing) = &self.seeing {
-            self.drifts.extend(drift(self.current.series(), drive, Some(seeing), &self.runs[self.done]));
+            for drift in drift(self.current.series(), drive, Some(seeing), &self.runs[self.done]) {
+                let place = self.drifts.partition_point(|other| other.window.0 < drift.window.0);
+                self.drifts.insert(place, drift);
+            }
             self.done += 1;
         } else {
             let seeing = self.current.series().clone();
@@ -257,7 +261,6 @@ impl Sweep {
             self.seeing = Some(seeing);
         }
         let Some(windows) = self.runs.get(self.done) else {
-            self.drifts.sort_unstable_by(|a, b| a.window.0.total_cmp(&b.window.0));
             return Ok(true);
         };
         let mut run = AnyRun::new(self.name, drive, &self.params, self.vehicle.as_ref())?;
@@ -273,7 +276,7 @@ impl Sweep {
         ((begun as f64 + self.current.fraction(drive)) / all as f64).min(1.0)
     }
 
-    /// The drift in every window, in the order of time when all are done.
+    /// The drift in every window, in the order of time.
     pub fn drifts(&self) -> &[Drift] {
         &self.drifts
     }
@@ -312,7 +315,7 @@ fn quantiles(values: impl Iterator<Item = f64>) -> (usize, [f64; 3]) {
     let mut values: Vec<f64> = values.filter(|v| v.is_finite()).collect();
     let Some(most) = values.len().checked_sub(1) else { return (0, [f64::NAN; 3]) };
     let ranks = [0.5, 0.95, 1.0].map(|share| (share * most as f64).round() as usize);
-    (most + 1, ranks.map(|rank| *values.select_nth_unstable_by(rank, f64::total_cmp).1))
+    (most + 1, ranks.map(|rank| nth(&mut values, rank)))
 }
 
 #[cfg(test)]

@@ -80,9 +80,22 @@ impl ColumnBuilder {
 
     /// Append the values of several rows.
     #[inline]
+    #[cfg(not(target_family = "wasm"))]
     pub fn extend<'a>(&mut self, values: impl Iterator<Item = &'a f64>) {
         if self.kind.is_kept() {
             self.values.extend(values);
+        }
+    }
+
+    /// Append the values of column `index` of rows that are `width` wide.
+    pub fn take(&mut self, rows: &[f64], width: usize, index: usize) {
+        if self.kind == Kind::Text {
+            return;
+        }
+        let before = self.values.len();
+        self.values.resize(before + rows.len() / width, f64::NAN);
+        for (value, row) in self.values[before..].iter_mut().zip(rows.chunks_exact(width)) {
+            *value = row[index];
         }
     }
 

@@ -211,7 +211,7 @@ impl Body {
         }
         self.begin_rows(self.block.len() / width, next - pos)?;
         for (i, column) in self.columns.iter_mut().enumerate() {
-            column.extend(self.block.iter().skip(i).step_by(width));
+            column.take(&self.block, width, i);
         }
         Ok(next)
     }

@@ -38,6 +38,7 @@ mod merge;
 mod names;
 mod number;
 mod opening;
+mod order;
 mod pairing;
 mod physics;
 mod place;

@@ -13,7 +13,7 @@ const SMALL_POWERS: [u64; 9] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 1
 ///
 /// Grammar: sign, digits with at most one `decimal` mark, at least one digit, and an exponent after `e` or `E`. Neither
 /// `nan` nor `inf` is a number here. What follows the number is the caller's to judge.
-#[inline]
+#[inline(always)]
 pub(crate) fn parse_prefix(bytes: &[u8], decimal: u8) -> Option<(f64, usize)> {
     bytes.first_chunk().and_then(|window| short(window, decimal)).or_else(|| general(bytes, decimal))
 }
@@ -138,7 +138,7 @@ fn digits(bytes: &[u8], pos: &mut usize, mantissa: &mut u64) -> usize {
 }
 
 /// The number that eight digit values make, the first in the lowest byte.
-#[inline]
+#[inline(always)]
 fn combine(x: u64) -> u64 {
     const PAIRS: u64 = 0x0000_00FF_0000_00FF;
     let pairs = x.wrapping_mul(10).wrapping_add(x >> 8);

@@ -21,6 +21,8 @@ pub struct Log {
     pub tables: Vec<Table>,
     /// What was passed over, beside what the tables say themselves.
     pub warnings: Vec<Warning>,
+    /// What was assumed.
+    pub notes: Vec<String>,
     /// Bytes read.
     pub bytes: u64,
 }
@@ -30,6 +32,7 @@ pub struct Log {
 pub(crate) struct Gathered {
     pub tables: Vec<Table>,
     pub warnings: Vec<Warning>,
+    pub notes: Vec<String>,
     /// Members of archives that have to be read as files of their own.
     pub unpacked: Vec<(MemorySource, Context)>,
     /// Databases of bus signals read so far.
@@ -60,7 +63,7 @@ impl Gathered {
             return Err(ImportError::Nothing { sentence });
         }
         failures.into_iter().for_each(|f| self.warn(f));
-        Ok(Log { tables: self.tables, warnings: self.warnings, bytes })
+        Ok(Log { tables: self.tables, warnings: self.warnings, notes: self.notes, bytes })
     }
 }
 

@@ -190,6 +190,44 @@ fn sensors_of_several_files_are_merged_on_time() {
 }
 
 #[test]
+fn files_of_several_days_are_not_one_drive() {
+    let log = |day: u32| {
+        format!("time,ax [g]\n2024-05-{day:02}T10:00:00Z,0.1\n2024-05-{day:02}T10:00:01Z,0.2\n").into_bytes()
+    };
+    let opened = |a, b| open_log(read(&[("b.csv", log(b)), ("a.csv", log(a))], 1 << 20).unwrap(), None);
+    let error = opened(3, 7).unwrap_err().to_string();
+    assert!(error.starts_with("b.csv begins 4.0 days after the end of a.csv"), "{error}");
+    assert_eq!(opened(3, 3).unwrap().0.imu.len(), 2);
+}
+
+#[test]
+fn a_table_of_raw_ranges_belongs_to_the_log_beside_it() {
+    let raw =
+        |t: u32| format!("t,prn,sat_x,sat_y,sat_z,pr\n{t},3,1,2,3,7\n{t},9,1,2,3,8\n{t}.5,3,1,2,3,9\n").into_bytes();
+    let together = |files: &[(&str, Vec<u8>)]| open_log(read(files, 1 << 20).unwrap(), None);
+    let (drive, report) = together(&[("raw.csv", raw(0)), ("log.csv", samples::csv(0))]).unwrap();
+    assert_eq!((drive.imu.len(), drive.raw_gnss.len(), drive.raw_gnss.at(0).1.len()), (ROWS, 2, 2));
+    assert!(report.name == "log.csv" && report.notes.iter().any(|n| n.contains("raw.csv: raw ranges")), "{report:?}");
+    for (files, expected) in [
+        (vec![("raw.csv", raw(0))], "raw.csv: expected a log, found a table of raw ranges only"),
+        (
+            vec![("raw.csv", raw(0)), ("b.csv", raw(0)), ("log.csv", samples::csv(0))],
+            "expected one table of raw ranges",
+        ),
+        (vec![("raw.csv", raw(900)), ("log.csv", samples::csv(0))], "raw.csv, column `t`: expected times within those"),
+    ] {
+        let error = together(&files).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn the_database_that_decoded_the_frames_is_named() {
+    let (_, report) = open(&sample("asc").files);
+    assert!(report.notes.iter().any(|n| n.contains("decoded as `") && n.contains(".dbc`")), "{:?}", report.notes);
+}
+
+#[test]
 fn a_log_that_is_cut_off_is_read_as_far_as_it_goes() {
     for name in ["nmea", "gpx", "vbo", "blf", "asc", "candump", "ulog", "mcap", "bag", "mdf unfinished", "gzip"] {
         let mut files = sample(name).files;

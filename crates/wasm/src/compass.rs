@@ -1,5 +1,6 @@
 //! The compass doctor: a drive's magnetometer examined, its calibration applied and taken back.
 
+use drivescope_door::{plain, sentence};
 use drivescope_drive::channel::{Channel, Series};
 use drivescope_drive::drive::Drive;
 use drivescope_drive::signals::{Gnss, Imu, Mag};
@@ -11,7 +12,6 @@ use drivescope_estimation::orientation::{DEFAULT_YEAR, OrientationParams, refere
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
 
-use crate::reports::{plain, sentence};
 use crate::session::Session;
 
 /// Points of the picture of readings.
@@ -58,6 +58,12 @@ impl Compass {
     /// The field along the road, `raw` or `calibrated`.
     pub fn field(&self, which: &str) -> Option<&Series> {
         self.field[usize::from(which == "calibrated")].as_ref()
+    }
+
+    /// Make the drive what it was as read.
+    fn give_back(&mut self, drive: &mut Drive) {
+        self.swap(drive);
+        self.applied = None;
     }
 
     fn swap(&mut self, drive: &mut Drive) {
@@ -126,8 +132,9 @@ impl Session {
         let &[x, y, z, a, b, c, d, e, f] = numbers else { return Err(JsError::new("a calibration has nine numbers")) };
         let kind = if planar { Kind::Planar } else { Kind::Full };
         let (offset, distortion) = ([x, y, z], [a, b, c, d, e, f]);
+        let faults = self.take_faults();
         let calibration = Calibration { version: CALIBRATION_VERSION, kind, offset, distortion };
-        self.compass_undo();
+        self.compass.give_back(&mut self.drive);
         let Drive { imu, mag, gnss, .. } = &self.drive;
         let raw = Applied { imu: imu.clone(), mag: mag.clone(), gnss: gnss.clone(), calibration };
         raw.calibration.apply(&mut self.drive).map_err(sentence)?;
@@ -138,12 +145,13 @@ impl Session {
         if clock != 0.0 {
             shift_gnss(&mut self.drive, clock).map_err(sentence)?;
         }
-        Ok(())
+        self.put_faults(faults)
     }
 
     /// Take back what has been applied: the drive is as it was read.
-    pub fn compass_undo(&mut self) {
-        self.compass.swap(&mut self.drive);
-        self.compass.applied = None;
+    pub fn compass_undo(&mut self) -> Result<(), JsError> {
+        let faults = self.take_faults();
+        self.compass.give_back(&mut self.drive);
+        self.put_faults(faults)
     }
 }

@@ -1,16 +1,10 @@
-//! Opening a drive in steps: a simulation, or the parts of what the readers' module has read. The open drive stays until
-//! this has succeeded.
+//! Opening a drive whose parts another module hands over. The open drive stays until this has succeeded.
 
+use drivescope_door::sentence;
 use drivescope_drive::drive::Drive;
 use drivescope_drive::parts::{Assembly, Head};
-use drivescope_simulation::Simulation;
 use js_sys::Float64Array;
 use wasm_bindgen::prelude::*;
-
-use crate::reports::{Progress, sentence};
-
-/// Seconds simulated at a time.
-const SIMULATED: f64 = 5.0;
 
 /// A drive that has been opened.
 pub struct Opened {
@@ -20,53 +14,20 @@ pub struct Opened {
     pub report: Option<JsValue>,
 }
 
-/// What one piece of work led to.
-pub enum Step {
-    /// The drive is there.
-    Done(Box<Opened>),
-    /// There is more to do.
-    More(Opening),
-}
-
-/// Work on opening a drive.
-pub enum Opening {
-    /// A drive that is being simulated.
-    Simulation(Box<Simulation>),
-    /// A drive that was read and comes part by part.
-    Parts(Box<Coming>),
-}
-
 /// A drive of which parts are still to come.
-pub struct Coming {
+pub struct Opening {
     assembly: Assembly,
-    report: JsValue,
+    report: Option<JsValue>,
 }
 
 impl Opening {
-    /// Start on the parts of a drive; `report` is what the reader said.
-    pub fn parts(head: Head, report: JsValue) -> Result<Self, JsError> {
-        Ok(Self::Parts(Box::new(Coming { assembly: Assembly::new(head).map_err(sentence)?, report })))
+    /// Start on the parts of a drive; `report` is what the reader said, undefined or null for a simulation.
+    pub fn new(head: Head, report: JsValue) -> Result<Self, JsError> {
+        let report = Some(report).filter(|r| !r.is_null() && !r.is_undefined());
+        Ok(Self { assembly: Assembly::new(head).map_err(sentence)?, report })
     }
 
-    /// Do one more piece of work: the drive, or what is left to do. Parts are complete when nothing more comes.
-    pub fn step(self) -> Result<Step, JsError> {
-        match self {
-            Self::Simulation(mut simulation) => Ok(if simulation.advance(SIMULATED) {
-                if let Some(failure) = simulation.failure() {
-                    return Err(sentence(failure));
-                }
-                Step::Done(Box::new(Opened { drive: simulation.finish(), report: None }))
-            } else {
-                Step::More(Self::Simulation(simulation))
-            }),
-            Self::Parts(coming) => {
-                let Coming { assembly, report } = *coming;
-                Ok(Step::Done(Box::new(Opened { drive: assembly.finish(), report: Some(report) })))
-            }
-        }
-    }
-
-    /// Take one part of a drive.
+    /// Take one part of the drive.
     pub fn add(
         &mut self,
         part: &str,
@@ -74,30 +35,15 @@ impl Opening {
         time: Vec<f64>,
         columns: &[Float64Array],
     ) -> Result<(), JsError> {
-        let Self::Parts(coming) = self else { return Err(JsError::new("no drive is coming in parts")) };
         if names.len() != columns.len() {
             return Err(JsError::new("a part of a drive has as many columns as names"));
         }
         let columns = names.into_iter().zip(columns.iter().map(Float64Array::to_vec)).collect();
-        coming.assembly.add(part, time, columns).map_err(sentence)
+        self.assembly.add(part, time, columns).map_err(sentence)
     }
 
-    /// The drive as simulated so far; `None` for one that comes in parts, which is no drive before its end.
-    pub fn so_far(&self) -> Option<&Drive> {
-        match self {
-            Self::Simulation(simulation) => Some(simulation.drive()),
-            Self::Parts(_) => None,
-        }
-    }
-
-    /// How far it has come.
-    pub fn progress(&self) -> Progress {
-        match self {
-            Self::Simulation(s) => {
-                let rows = s.drive().imu.len();
-                Progress { done: false, fraction: s.fraction(), stage: "simulating", rows }
-            }
-            Self::Parts(_) => Progress { done: false, fraction: 1.0, stage: "reading", rows: 0 },
-        }
+    /// The drive: nothing more comes.
+    pub fn finish(self) -> Opened {
+        Opened { drive: self.assembly.finish(), report: self.report }
     }
 }

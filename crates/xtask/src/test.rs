@@ -152,20 +152,9 @@ fn lints(place: &Place) -> Result<Tally> {
         cargo
     };
     let mut tally = one_check("cargo clippy", &mut clippy(&["--workspace"]))?;
-    tally += one_check(
-        "cargo clippy for WebAssembly",
-        &mut clippy(&[
-            "--package",
-            page::CORE.package,
-            "--package",
-            page::GALLERY.package,
-            "--package",
-            page::READERS.package,
-            "--all-features",
-            "--target",
-            WASM,
-        ]),
-    )?;
+    let packages = page::MODULES.iter().flat_map(|module| ["--package", module.package]);
+    let arguments: Vec<&str> = packages.chain(["--all-features", "--target", WASM]).collect();
+    tally += one_check("cargo clippy for WebAssembly", &mut clippy(&arguments))?;
     Ok(tally)
 }
 

@@ -2,6 +2,7 @@
 
 import type { Span } from '../state';
 import { LEFT, RIGHT } from './axes';
+import { shareOf } from './axis';
 import { Canvas, type Stretch } from './mode-strip';
 import { palette } from './palette';
 
@@ -40,9 +41,8 @@ export class GateStrip extends Canvas {
   }
 
   protected override draw(context: CanvasRenderingContext2D): void {
-    const { t0, t1 } = this.#window;
     const right = this.width - RIGHT;
-    const scale = (right - LEFT) / (t1 - t0);
+    const x = (time: number): number => LEFT + shareOf(time, this.#window) * (right - LEFT);
     const tall = this.height / Math.max(1, this.#rows.length);
     this.#rows.forEach((row, index) => {
       const bottom = (index + 1) * tall - 2;
@@ -54,8 +54,8 @@ export class GateStrip extends Canvas {
       context.fillStyle = palette.value.grid;
       context.fillRect(LEFT, bottom, right - LEFT, 1);
       for (const stretch of row.stretches) {
-        const from = Math.max(LEFT, LEFT + (stretch.t0 - t0) * scale);
-        const to = Math.min(right, LEFT + (stretch.t1 - t0) * scale);
+        const from = Math.max(LEFT, x(stretch.t0));
+        const to = Math.min(right, x(stretch.t1));
         if (to <= from) continue;
         const high = full * (HEIGHTS[stretch.mode] ?? 0.3);
         context.fillStyle = gateColour(stretch.mode);

@@ -4,6 +4,7 @@ import { h, onResize } from '../dom';
 import { perFrame } from '../signal';
 import type { Span } from '../state';
 import { LEFT, RIGHT } from './axes';
+import { axis, shareOf } from './axis';
 import { CANVAS_FONT, modeColour, palette } from './palette';
 
 /** A stretch of one mode. */
@@ -51,6 +52,7 @@ export abstract class Canvas {
       this.#draw();
     });
     palette.on(this.redraw);
+    axis.on(this.redraw);
   }
 
   protected resized(): void {}
@@ -89,9 +91,8 @@ export class ModeStrip extends Canvas {
   }
 
   protected override draw(context: CanvasRenderingContext2D): void {
-    const { t0, t1 } = this.#window;
     const right = this.width - RIGHT;
-    const scale = (right - LEFT) / (t1 - t0);
+    const x = (time: number): number => LEFT + shareOf(time, this.#window) * (right - LEFT);
     const tall = this.height / Math.max(1, this.#rows.length);
     this.#rows.forEach((row, index) => {
       const bottom = (index + 1) * tall - 2;
@@ -103,8 +104,8 @@ export class ModeStrip extends Canvas {
       context.fillStyle = palette.value.grid;
       context.fillRect(LEFT, bottom, right - LEFT, 1);
       for (const stretch of row.stretches) {
-        const from = Math.max(LEFT, LEFT + (stretch.t0 - t0) * scale);
-        const to = Math.min(right, LEFT + (stretch.t1 - t0) * scale);
+        const from = Math.max(LEFT, x(stretch.t0));
+        const to = Math.min(right, x(stretch.t1));
         if (to <= from) continue;
         const high = row.kind === 'outage' ? full * 0.5 : full * (0.34 + 0.33 * stretch.mode);
         context.fillStyle = row.kind === 'outage' ? palette.value.outage : modeColour(stretch.mode);

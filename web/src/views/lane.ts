@@ -57,6 +57,7 @@ export class Lane {
     this.plotHost.append(new TimeArea(store).element);
     this.plotHost.setAttribute('role', 'img');
     onResize(this.plotHost, (width, height) => {
+      if (width === 0) return;
       this.pixels = Math.max(50, width - LEFT - RIGHT);
       this.plot.setSize(width, height);
       this.onSize();
@@ -70,7 +71,7 @@ export class Lane {
 
   /** What is drawn last comes first: the estimate, its band, then the rest. */
   #legendOrder(): HTMLElement[] {
-    const order = ['estimate', 'second', 'truth', 'threshold', 'ghost', 'raw'];
+    const order = ['estimate', 'second', 'third', 'truth', 'threshold', 'ghost', 'raw'];
     // Variants of the estimate come right after it.
     const rank = ({ curve: { style } }: Entry): number => (style.colour.startsWith('v-') ? 0.5 : order.indexOf(style.colour));
     const buttons: HTMLElement[] = [...this.#entries].sort((a, b) => rank(a) - rank(b)).map((e) => e.button);

@@ -2,6 +2,7 @@
 
 import { h } from '../dom';
 import { t } from '../messages';
+import { axis } from '../plot/axis';
 import type { Session } from '../session';
 import { estimatorOf, isRunnable, type Store, trouble } from '../state';
 import { latest } from '../worker/rpc';
@@ -11,7 +12,9 @@ import { type TableColumn, TablePanel } from './table';
 
 export interface TimeViewOptions {
   title: string;
+  /** The key that leads to it in its room, and its name in the page where that is another. */
   key: string;
+  id?: string;
   lanes: LaneSpec[];
   /** Elements between title and buttons. */
   controls?: HTMLElement[];
@@ -43,12 +46,15 @@ export class TimeView {
     const label = t.views.focus(options.title, options.key);
     const header = h('header.view-header', {}, h('h2', { title: label }, options.title), ...(options.controls ?? []), h('span.spacer'), this.#table.button);
     this.body.append(...this.lanes.map((l) => l.element), this.#note, this.#table.element);
-    this.element = h('section.view', { tabindex: '-1', 'aria-label': options.title, 'data-view': options.key }, header, this.body);
+    this.element = h('section.view', { tabindex: '-1', 'aria-label': options.title, 'data-view': options.id ?? options.key, 'data-key': options.key }, header, this.body);
     this.refresh = latest(() => this.#load());
     this.#readCursor = latest(() => this.#loadCursor());
     for (const lane of this.lanes) {
       lane.onToggle = () => this.changed();
-      lane.onSize = this.refresh;
+      lane.onSize = () => {
+        this.refresh();
+        this.#readCursor();
+      };
     }
     this.#follow();
   }
@@ -104,6 +110,11 @@ export class TimeView {
     this.#note.hidden = sentences.length === 0;
   }
 
+  /** A view in a room that is not entered asks for nothing; it does when it gets a size. */
+  #isSeen(): boolean {
+    return this.element.checkVisibility();
+  }
+
   /** Further columns that a view needs on the same grid. */
   protected extraItems(): { source: string; column: string; step: boolean }[] {
     return [];
@@ -112,9 +123,10 @@ export class TimeView {
 
   async #load(): Promise<void> {
     const report = this.store.report.value;
-    if (!report) return;
+    if (!report || !this.#isSeen()) return;
     const { t0, t1 } = this.store.window.value;
-    const buckets = Math.max(...this.lanes.map((l) => l.pixels), 50);
+    // Over distance a stretch of standing takes instants and no room.
+    const buckets = Math.max(...this.lanes.map((l) => l.pixels), 50) * (axis.value.kind === 'time' ? 1 : 2);
     const perLane = this.lanes.map((lane) => lane.items());
     const extra = this.extraItems();
     const items = [...perLane.flat(), ...extra];
@@ -131,7 +143,7 @@ export class TimeView {
   }
 
   async #loadCursor(): Promise<void> {
-    if (!this.store.report.value) return;
+    if (!this.store.report.value || !this.#isSeen()) return;
     const shown = this.lanes.map((lane) => lane.shown());
     const items = shown.flat().flatMap(({ curve, source }) => [
       { source, column: curve.column },

@@ -11,6 +11,7 @@ import { modeKey } from './mode';
 import { type TableColumn, TablePanel } from './table';
 
 const NAVIGATION = 'gnss_ins';
+const MODES = 'motion_mode';
 /** Points of a path that are drawn; more could not be told apart. */
 const POINTS = 6000;
 /** Fixes asked for: enough that an hour at 5 Hz is not thinned and an outage is one. */
@@ -59,10 +60,11 @@ export class TrajectoryView {
     const fit = iconButton('fit', t.views.fit, () => this.#map.fit());
     const header = h('header.view-header', {}, h('h2', { title: t.views.focus(t.views.trajectory, '4') }, t.views.trajectory), h('span.spacer'), fit, this.#table.button);
     this.#host.append(this.#readout, this.#note);
-    this.element = h('section.view.trajectory', { tabindex: '-1', 'aria-label': t.views.trajectory, 'data-view': '4' }, header, legend, h('div.view-body', {}, this.#host, this.#table.element));
+    this.element = h('section.view.trajectory', { tabindex: '-1', 'aria-label': t.views.trajectory, 'data-view': '4', 'data-key': '4' }, header, legend, h('div.view-body', {}, this.#host, this.#table.element));
     this.#map = new MapPlot(this.#host);
     this.#listen();
     this.#follow();
+    store.want([NAVIGATION, MODES]);
   }
 
   #toggle(name: LayerName, label: string, colour: string, isDashed: boolean): HTMLButtonElement {
@@ -138,7 +140,7 @@ export class TrajectoryView {
       last = performance.now();
       loadRuns();
     });
-    store.run('motion_mode').on((now, before) => {
+    store.run(MODES).on((now, before) => {
       if (now.reply !== before.reply) loadRuns();
     });
     store.cursor.on(loadCar);
@@ -237,7 +239,7 @@ export class TrajectoryView {
     const truth = this.#store.report.value?.truth ?? [];
     return [
       ...(reply ? columns(`${NAVIGATION}:current`, t.curves.path, 'north', 'east') : []),
-      ...(reply ? [{ source: 'motion_mode:current', column: 'mode', label: t.lanes.mode, quantity: 'plain' as const, unit: '1' }] : []),
+      ...(reply ? [{ source: `${MODES}:current`, column: 'mode', label: t.lanes.mode, quantity: 'plain' as const, unit: '1' }] : []),
       ...(truth.includes('n') ? columns('truth', t.curves.truth, 'n', 'e') : []),
     ];
   }

@@ -25,7 +25,7 @@ type PlainCell = (f64, usize, bool);
 
 impl Plain<'_> {
     /// A number without quotes or spaces, or nothing at all, in a column of numbers.
-    #[inline]
+    #[inline(always)]
     pub fn number(&self, bytes: &[u8], pos: usize) -> Option<PlainCell> {
         match *bytes.get(pos)? {
             b if b == self.cut.separator => self.ended(bytes, f64::NAN, pos),
@@ -44,7 +44,7 @@ impl Plain<'_> {
     }
 
     /// The cell that ends before `end`, if it ends there.
-    #[inline]
+    #[inline(always)]
     fn ended(&self, bytes: &[u8], value: f64, end: usize) -> Option<PlainCell> {
         let after = *bytes.get(end)?;
         let last = after == self.cut.eol;

@@ -8,6 +8,7 @@ use super::gzip::check_depth;
 use super::{Context, Detecting, Reader, Seeking};
 use crate::error::{ImportError, decode, form};
 use crate::opening::Gathered;
+use crate::order::sort_by;
 use crate::source::Source;
 
 /// Compressed bytes of a member that one step takes.
@@ -207,7 +208,8 @@ impl Seeking for Zip {
         if self.members.is_none() {
             let mut members = self.directory(source)?;
             // Databases of bus signals first.
-            members.sort_by_key(|m| !m.name.to_ascii_lowercase().ends_with(".dbc"));
+            let is_last = |m: &Member| !m.name.to_ascii_lowercase().ends_with(".dbc");
+            sort_by(&mut members, |a, b| is_last(a).cmp(&is_last(b)));
             self.count = members.len();
             self.members = Some(members.into());
         }
