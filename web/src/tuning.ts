@@ -91,16 +91,19 @@ export interface Address {
   seed: number | null;
   room: RoomName;
   overlays: readonly string[];
+  /** What plots are drawn over; time where it is not said. */
+  over?: 'distance' | 'time';
   tuning: Tuning;
 }
 
 /** The part of an address after `#`. */
-export function toHash({ drive, seed, room, overlays, tuning }: Address): string {
+export function toHash({ drive, seed, room, overlays, over, tuning }: Address): string {
   const search = new URLSearchParams();
   if (drive !== null) search.set('drive', drive);
   if (seed !== null) search.set('seed', String(seed));
   if (room !== 'overview') search.set('room', room);
   if (overlays.length > 0) search.set('overlays', overlays.join(' '));
+  if (over === 'distance') search.set('over', over);
   if (tuning.vehicle !== null) search.set('vehicle', tuning.vehicle);
   for (const [estimator, own] of Object.entries(tuning.params)) {
     for (const [name, value] of Object.entries(own)) search.set(`${estimator}.${name}`, String(value));
@@ -151,6 +154,7 @@ export function fromHash(hash: string, catalogue: Catalogue): Address {
     seed: seed !== null && /^\d{1,15}$/.test(seed) ? Number(seed) : null,
     room: ROOM_NAMES.find((name) => name === search.get('room')) ?? 'overview',
     overlays: overlaysOf(search.get('overlays') ?? '', catalogue),
+    ...(search.get('over') === 'distance' ? { over: 'distance' as const } : {}),
     tuning,
   };
 }

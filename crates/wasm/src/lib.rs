@@ -7,8 +7,10 @@
 #[cfg(feature = "compass")]
 mod compass;
 mod faults;
+mod motion;
 mod opening;
 mod outages;
+mod profile;
 mod reports;
 mod runs;
 mod session;

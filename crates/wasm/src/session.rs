@@ -28,6 +28,7 @@ pub struct Session {
     pub(crate) drive: Drive,
     #[cfg(feature = "compass")]
     pub(crate) compass: crate::compass::Compass,
+    pub(crate) road: crate::profile::Road,
     pub(crate) faults: Faults,
     pub(crate) sweep: Option<Box<Sweep>>,
     report: DriveReport,
@@ -54,6 +55,7 @@ impl Session {
             faults: Faults::default(),
             sweep: None,
             drive,
+            road: Default::default(),
             report,
             opening: None,
             slots: Slots::new(),
@@ -66,7 +68,7 @@ impl Session {
     }
 
     /// Start on a drive that another module has read or simulated: what it says besides its columns, then what was found in
-    /// its file, undefined for a simulation. Its parts follow; [`Session::end_parts`] puts it in place.
+    /// its file, undefined for a simulation; then its six-accelerometer disk, if it has one that is not as drawn. Its parts follow; [`Session::end_parts`] puts it in place.
     pub fn begin_parts(
         &mut self,
         name: String,
@@ -74,8 +76,9 @@ impl Session {
         rear_axle: Option<f64>,
         unix_zero: Option<f64>,
         report: JsValue,
+        disk: Option<Vec<f64>>,
     ) -> Result<(), JsError> {
-        self.opening = Some(Opening::new(Head { name, vehicle, rear_axle, unix_zero }, report)?);
+        self.opening = Some(Opening::new(Head { name, vehicle, rear_axle, unix_zero, disk }, report)?);
         Ok(())
     }
 
@@ -196,7 +199,7 @@ impl Session {
     /// The value of a column at a time, between samples on the straight line; NaN if there is none.
     pub fn value_at(&self, source: &str, column: &str, t: f64) -> f64 {
         let Some((series, index)) = self.column(source, column) else { return f64::NAN };
-        if matches!(column, "mode" | "gate" | "gate_reason") {
+        if matches!(column, "mode" | "rule" | "gate" | "gate_reason") || source == "road:lamps" {
             held(series, column, t)
         } else {
             series.interpolate(index, t, visible_gap(series))
@@ -254,6 +257,7 @@ impl Session {
         self.faults = Faults::default();
         self.sweep = None;
         self.slots = Slots::new();
+        self.road.clear();
     }
 
     fn slot_mut(&mut self, estimator: &str) -> Result<&mut Slot, JsError> {
@@ -264,7 +268,7 @@ impl Session {
         self.slots.get(estimator).ok_or_else(|| unknown(estimator))
     }
 
-    fn series(&self, source: &str) -> Option<&Series> {
+    pub(crate) fn series(&self, source: &str) -> Option<&Series> {
         if source == "truth" {
             return Some(&self.drive.truth);
         }
@@ -273,10 +277,13 @@ impl Session {
         if name == "compass" {
             return self.compass.field(which);
         }
+        if name == "road" {
+            return self.road.series(which);
+        }
         self.slots.get(name)?.series(which, &self.drive)
     }
 
-    fn column(&self, source: &str, column: &str) -> Option<(&Series, usize)> {
+    pub(crate) fn column(&self, source: &str, column: &str) -> Option<(&Series, usize)> {
         if source == "drive" {
             return self.drive.column(column);
         }

@@ -277,7 +277,7 @@ fn a_filter_that_started_in_a_disturbed_field_finds_its_way_back() {
 /// Worst roll and pitch after a field that turns about the car by up to `turn` in a second and then gets too strong.
 fn led_astray(hindsight: f64) -> f64 {
     let params = OrientationParams { gate_hindsight: hindsight, ..with(Variant::Robust) };
-    let start = LogStart { imu_step: 0.01, speed: f64::NAN, origin: None, rear_axle: None, date: None, disk: None };
+    let start = LogStart { imu_step: 0.01, ..LogStart::UNKNOWN };
     let mut o = Orientation::new(&params, &VehicleParams::default(), &start);
     let mut worst = 0.0f64;
     for k in 0..1000 {
