@@ -3,6 +3,7 @@
 import type { CompassDoor } from './compass/door';
 import type { Disk } from './motion/disk-file';
 import type { MotionDoor } from './motion/door';
+import type { RoadDoor } from './road/door';
 
 export type ParamValue = number | boolean | string | null;
 
@@ -208,7 +209,7 @@ export type DriveHead = [string, Float64Array | undefined, number | undefined, n
 export type DrivePart = [string, string[], Float64Array, Float64Array[]];
 
 /** The session as the worker sees it. */
-export interface Door extends CompassDoor, MotionDoor {
+export interface Door extends CompassDoor, MotionDoor, RoadDoor {
   catalogue(): Omit<Catalogue, 'drives'>;
   begin_parts(...head: DriveHead): void;
   add_part(...part: DrivePart): void;

@@ -7,6 +7,7 @@ export interface KeyActions {
   openDialog(): void;
   chooseDrive(): void;
   showPapers(): void;
+  showLoops(): void;
   showHelp(): void;
   nextRoom(): void;
   focusView(key: string): void;
@@ -65,9 +66,13 @@ export function listenToKeys(store: Store, actions: KeyActions): void {
     '5': () => actions.focusView('5'),
     '6': () => actions.focusView('6'),
     v: () => actions.nextRoom(),
+    x: () => {
+      store.over.value = store.over.value === 'time' ? 'distance' : 'time';
+    },
     p: () => actions.focusParams(),
     d: () => actions.chooseDrive(),
     g: () => actions.showPapers(),
+    c: () => actions.showLoops(),
     o: () => actions.openDialog(),
     '?': () => actions.showHelp(),
     Escape: () => {

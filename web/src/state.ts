@@ -2,11 +2,12 @@
 
 import type { Catalogue, DriveReport, Progress } from './door';
 import type { Disk } from './motion/disk-file';
+import { type Axis, axis, timeAxis } from './plot/axis';
 import type { RoomName } from './room-names';
 import { Signal } from './signal';
 import { type Tuning, UNTUNED } from './tuning';
 import { DEFAULT_DISPLAY, type Display } from './units';
-import type { RunReply } from './worker/rpc';
+import type { Offer, OpenRequest, RunReply } from './worker/rpc';
 
 /** A stretch of time, s. */
 export interface Span {
@@ -53,14 +54,17 @@ export interface Work {
 /** Share of the rows from which a notice is trouble. */
 const OFTEN = 0.02;
 
-/** Shortest stretch that can be zoomed into, s. */
+/** Shortest stretch that can be zoomed into, s, and m of a plot over distance. */
 const SHORTEST = 0.05;
+const SHORTEST_WAY = 0.5;
 
 export class Store {
   readonly catalogue = new Signal<Catalogue | null>(null);
   readonly report = new Signal<DriveReport | null>(null);
   readonly work = new Signal<Work | null>(null);
   readonly error = new Signal<string | null>(null);
+  /** What can be read of a log that does not fit into memory, with what asked for it. */
+  readonly offer = new Signal<(Offer & { request: Extract<OpenRequest, { kind: 'files' }>; label: string }) | null>(null);
   /** Whether the rest of a drive waits to be asked for, because someone stopped it or opening another has failed. */
   readonly isRestHeld = new Signal(false);
   readonly builtIn = new Signal<{ name: string; seed: number | null } | null>(null);
@@ -70,6 +74,8 @@ export class Store {
   readonly cursor = new Signal(0);
   readonly isPlaying = new Signal(false);
   readonly rate = new Signal(10);
+  /** What plots are to be drawn over; `axis` is what they are drawn over, which is time until the distance is known. */
+  readonly over = new Signal<Axis['kind']>('time');
 
   readonly display = new Signal<Display>(DEFAULT_DISPLAY);
   readonly theme = new Signal<'auto' | 'light' | 'dark'>('auto');
@@ -134,6 +140,7 @@ export class Store {
     if (!isRest) this.labels.value = new Float64Array(0);
     this.disk.value = report.import?.mapping?.disk ?? null;
     for (const run of this.#runs.values()) run.value = NO_RUN;
+    axis.value = timeAxis(span.t0);
     this.span.value = span;
     this.window.value = isRest && isZoomed ? window : span;
     this.cursor.value = isRest ? cursor : span.t0;
@@ -145,25 +152,32 @@ export class Store {
     return time - this.span.value.t0;
   }
 
-  /** Show a stretch, kept inside the drive. */
-  show(t0: number, t1: number): void {
-    const span = this.span.value;
-    const length = Math.min(Math.max(t1 - t0, SHORTEST), span.t1 - span.t0);
-    const middle = (t0 + t1) / 2;
-    const start = Math.min(Math.max(middle - length / 2, span.t0), span.t1 - length);
-    this.window.value = { t0: start, t1: start + length };
+  /** Show a stretch, kept inside the drive; where it has to be moved or widened, along the axis `on`. */
+  show(t0: number, t1: number, on: Axis = axis.value): void {
+    this.#showPlaces(on.place(t0), on.place(t1), on);
+  }
+
+  #showPlaces(from: number, to: number, on: Axis): void {
+    const { t0, t1 } = this.span.value;
+    const [start, end] = [on.place(t0), on.place(t1)];
+    const shortest = on.kind === 'time' ? SHORTEST : SHORTEST_WAY;
+    const length = Math.min(Math.max(to - from, shortest), end - start);
+    const left = Math.min(Math.max((from + to - length) / 2, start), end - length);
+    // Both ends of the drive are met exactly.
+    this.window.value = { t0: left <= start ? t0 : on.time(left), t1: left + length >= end ? t1 : on.time(left + length) };
   }
 
   /** Show `factor` times as much, with the instant `about` staying in place. */
-  zoom(factor: number, about: number): void {
+  zoom(factor: number, about: number, on: Axis = axis.value): void {
     const { t0, t1 } = this.window.value;
-    this.show(about - (about - t0) * factor, about + (t1 - about) * factor);
+    const [from, to, still] = [on.place(t0), on.place(t1), on.place(about)];
+    this.#showPlaces(still - (still - from) * factor, still + (to - still) * factor, on);
   }
 
   /** Move what is shown by a share of its length. */
-  pan(share: number): void {
-    const { t0, t1 } = this.window.value;
-    this.show(t0 + share * (t1 - t0), t1 + share * (t1 - t0));
+  pan(share: number, on: Axis = axis.value): void {
+    const [from, to] = [on.place(this.window.value.t0), on.place(this.window.value.t1)];
+    this.#showPlaces(from + share * (to - from), to + share * (to - from), on);
   }
 
   /** Put the cursor at an instant of the drive. */
@@ -177,8 +191,8 @@ export class Store {
     const { t0, t1 } = this.window.value;
     const time = this.cursor.value;
     if (time >= t0 && time <= t1) return;
-    const length = t1 - t0;
-    this.show(time - 0.05 * length, time + 0.95 * length);
+    const [place, length] = [axis.value.place(time), axis.value.place(t1) - axis.value.place(t0)];
+    this.#showPlaces(place - 0.05 * length, place + 0.95 * length, axis.value);
   }
 }
 

@@ -127,3 +127,9 @@ export function formatTime(seconds: number, digits = 1): string {
   const sign = seconds < 0 ? '−' : '';
   return hours > 0 ? `${sign}${hours}:${String(minutes).padStart(2, '0')}:${rest}` : `${sign}${minutes}:${rest}`;
 }
+
+/** Metres, from a kilometre on in kilometres. */
+export function formatDistance(metres: number): string {
+  if (!Number.isFinite(metres)) return '–';
+  return metres < 1000 ? `${formatFixed(metres, 0)} m` : `${formatFixed(metres / 1000, 2)} km`;
+}

@@ -44,5 +44,6 @@ pub mod parts;
 pub mod satellites;
 pub mod select;
 pub mod signals;
+pub mod summary;
 pub mod truth;
 pub mod vehicle;

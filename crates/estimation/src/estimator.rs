@@ -151,8 +151,14 @@ pub enum RunError {
     Order(#[from] OutOfOrder),
 }
 
+/// The car that `E` assumes: the one that is given, else the drive's own, else its default.
+pub fn vehicle_of<E: Estimator>(drive: &Drive, given: Option<&VehicleParams>) -> VehicleParams {
+    let known = given.or(drive.vehicle.as_ref()).cloned();
+    known.or_else(|| VehicleParams::preset(E::VEHICLE)).unwrap_or_default()
+}
+
 /// A pass of one estimator over a drive, that can stop and go on.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Run<E: Estimator> {
     estimator: E,
     cursor: EpochCursor,
@@ -171,11 +177,7 @@ impl<E: Estimator> Run<E> {
         if let Some(need) = E::NEEDS.iter().find(|n| n.required && !drive.has(n.signal)) {
             return Err(RunError::Missing { estimator: E::NAME, signal: need.signal.label(), why: need.why });
         }
-        let vehicle = vehicle
-            .or(drive.vehicle.as_ref())
-            .cloned()
-            .or_else(|| VehicleParams::preset(E::VEHICLE))
-            .unwrap_or_default();
+        let vehicle = vehicle_of::<E>(drive, vehicle);
         let mut estimator = E::new(params, &vehicle, &drive.start());
         estimator.look_ahead(drive);
         let mut out = Channel::default();

@@ -249,7 +249,10 @@ impl Sweep {
             return Ok(false);
         }
         if let Some(seeing) = &self.seeing {
-            self.drifts.extend(drift(self.current.series(), drive, Some(seeing), &self.runs[self.done]));
+            for drift in drift(self.current.series(), drive, Some(seeing), &self.runs[self.done]) {
+                let place = self.drifts.partition_point(|other| other.window.0 < drift.window.0);
+                self.drifts.insert(place, drift);
+            }
             self.done += 1;
         } else {
             let seeing = self.current.series().clone();
@@ -258,7 +261,6 @@ impl Sweep {
             self.seeing = Some(seeing);
         }
         let Some(windows) = self.runs.get(self.done) else {
-            self.drifts.sort_unstable_by(|a, b| a.window.0.total_cmp(&b.window.0));
             return Ok(true);
         };
         let mut run = AnyRun::new(self.name, drive, &self.params, self.vehicle.as_ref())?;
@@ -274,7 +276,7 @@ impl Sweep {
         ((begun as f64 + self.current.fraction(drive)) / all as f64).min(1.0)
     }
 
-    /// The drift in every window, in the order of time when all are done.
+    /// The drift in every window, in the order of time.
     pub fn drifts(&self) -> &[Drift] {
         &self.drifts
     }

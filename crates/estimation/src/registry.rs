@@ -65,6 +65,7 @@ macro_rules! estimators {
             ///
             /// # Errors
             /// Unknown name, a parameter that cannot be taken, or a missing signal.
+            #[inline(never)]
             pub fn new(
                 name: &str, drive: &Drive, params: &Value, vehicle: Option<&VehicleParams>,
             ) -> Result<Self, RunError> {
@@ -82,6 +83,7 @@ macro_rules! estimators {
             ///
             /// # Errors
             /// When the estimator gives up.
+            #[inline(never)]
             pub fn advance(&mut self, drive: &Drive, epochs: usize) -> Result<bool, RunError> {
                 match &mut self.inner { $( Inner::$variant(run) => run.advance(drive, epochs) ),+ }
             }

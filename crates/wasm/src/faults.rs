@@ -21,7 +21,8 @@ impl Session {
     /// none. Nothing changes if one of them cannot be. Results stay until they are run again.
     pub fn set_faults(&mut self, faults: JsValue) -> Result<(), JsError> {
         let value: Value = serde_wasm_bindgen::from_value(faults).map_err(sentence)?;
-        let list: Vec<Fault> = serde_json::from_value(value).map_err(sentence)?;
+        let objects = value.as_array().map_or(&[][..], Vec::as_slice);
+        let list = objects.iter().map(Fault::from_json).collect::<Result<Vec<_>, _>>().map_err(sentence)?;
         let before = self.take_faults();
         let put = self.put_faults(list);
         if put.is_err() {

@@ -10,6 +10,7 @@ mod faults;
 mod motion;
 mod opening;
 mod outages;
+mod profile;
 mod reports;
 mod runs;
 mod session;

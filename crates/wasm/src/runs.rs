@@ -16,7 +16,8 @@ use crate::reports::RunReport;
 /// A run that has ended.
 pub struct Finished {
     name: &'static str,
-    params: Value,
+    /// Every parameter's value.
+    pub params: Value,
     /// Its estimates.
     pub series: Series,
     notices: Vec<Notice>,

@@ -28,6 +28,7 @@ pub struct Session {
     pub(crate) drive: Drive,
     #[cfg(feature = "compass")]
     pub(crate) compass: crate::compass::Compass,
+    pub(crate) road: crate::profile::Road,
     pub(crate) faults: Faults,
     pub(crate) sweep: Option<Box<Sweep>>,
     report: DriveReport,
@@ -54,6 +55,7 @@ impl Session {
             faults: Faults::default(),
             sweep: None,
             drive,
+            road: Default::default(),
             report,
             opening: None,
             slots: Slots::new(),
@@ -197,7 +199,7 @@ impl Session {
     /// The value of a column at a time, between samples on the straight line; NaN if there is none.
     pub fn value_at(&self, source: &str, column: &str, t: f64) -> f64 {
         let Some((series, index)) = self.column(source, column) else { return f64::NAN };
-        if matches!(column, "mode" | "rule" | "gate" | "gate_reason") {
+        if matches!(column, "mode" | "rule" | "gate" | "gate_reason") || source == "road:lamps" {
             held(series, column, t)
         } else {
             series.interpolate(index, t, visible_gap(series))
@@ -255,6 +257,7 @@ impl Session {
         self.faults = Faults::default();
         self.sweep = None;
         self.slots = Slots::new();
+        self.road.clear();
     }
 
     fn slot_mut(&mut self, estimator: &str) -> Result<&mut Slot, JsError> {
@@ -274,10 +277,13 @@ impl Session {
         if name == "compass" {
             return self.compass.field(which);
         }
+        if name == "road" {
+            return self.road.series(which);
+        }
         self.slots.get(name)?.series(which, &self.drive)
     }
 
-    fn column(&self, source: &str, column: &str) -> Option<(&Series, usize)> {
+    pub(crate) fn column(&self, source: &str, column: &str) -> Option<(&Series, usize)> {
         if source == "drive" {
             return self.drive.column(column);
         }

@@ -29,7 +29,7 @@ struct Module {
 const MODULES: [Module; 3] = [
     Module { name: "drives", mark: "_drives", budget: 145_000, is_on_demand: false },
     Module { name: "gallery", mark: "gallery", budget: 430_000, is_on_demand: true },
-    Module { name: "readers", mark: "_readers", budget: 200_000, is_on_demand: true },
+    Module { name: "readers", mark: "_readers", budget: 350_000, is_on_demand: true },
 ];
 
 /// Files of a room are loaded when it is entered first: the folder of a large room has a `room.ts`, which names them.

@@ -1,15 +1,21 @@
 /** English. Texts that the core writes (parameter descriptions, errors) come from there and are shown as they are. */
 
 import type { RoomName } from '../room-names';
+import { files } from './files';
+import { axis } from './axis';
 import { compass, gate, variants } from './magnetic';
+import { loops } from './loops';
 import { motion } from './motion';
 import { road } from './road';
 
 export const en = {
+  files,
   variants,
   gate,
   compass,
+  axis,
   road,
+  loops,
   motion,
   name: 'Drivescope',
   header: {
@@ -109,14 +115,11 @@ export const en = {
     dismiss: 'Dismiss',
     dead: (reason: string) => `The estimating core stopped unexpectedly (${reason}). Reload the page to go on.`,
     worker: 'The estimating core could not be loaded. Reload the page.',
-    readers: (name: string) => `${name}: what reads files could not be loaded. Look at the connection and open the file again.`,
-    mappingJson: (name: string, reason: string) => `${name}: expected a column mapping as JSON, found ${reason}`,
-    mappingAlone: (name: string) => `${name}: a mapping alone opens nothing; drop it together with its log`,
     runFailed: (title: string, reason: string) => `${title}: ${reason}`,
   },
   drop: {
     title: 'Drop to open',
-    hint: 'A CSV log, alone or with its mapping (JSON) and its raw GNSS (CSV), or a drive to simulate (JSON). Nothing leaves this computer.',
+    hint: 'A log of any format (CSV, MDF 4, BLF, MCAP, NMEA and more), or several files or a folder of one drive, with the DBC of a bus log, a mapping (JSON), raw GNSS (CSV); or a drive to simulate (JSON). Nothing leaves this computer.',
   },
   rooms: {
     label: 'Rooms',
@@ -143,7 +146,7 @@ export const en = {
     trouble: (title: string, what: string, count: string) => `${title} is not to be believed here: ${what} (${count === "1" ? "once" : `${count} times`}).`,
     notRunnable: (title: string, missing: string) => `${title} cannot run on this log: no ${missing}.`,
     noPosition: 'This log has no positions to draw.',
-    plotLabel: (title: string, unit: string) => `${title}${unit ? ` in ${unit}` : ''} over time. The table holds the numbers.`,
+    plotLabel: (title: string, unit: string) => `${title}${unit ? ` in ${unit}` : ''} over time or distance. The table holds the numbers.`,
     mapLabel: 'Trajectory seen from above, north up. The table holds the numbers.',
     source: 'Estimate',
   },
@@ -328,10 +331,12 @@ export const en = {
       ['1 2 3 5 6', 'go to a view of the room that is open, from top to bottom'],
       ['4', 'go to the trajectory'],
       ['V', 'the next room: overview, road, …'],
+      ['X', 'plots over time or over distance'],
       ['P', 'go to the parameters'],
       ['Ctrl+Z, Ctrl+Shift+Z', 'undo or redo a parameter'],
       ['D', 'choose a built-in drive'],
       ['G', 'the gallery of papers'],
+      ['C', 'closed loops: control of a car'],
       ['O', 'open a log'],
       ['?', 'this page'],
       ['Esc', 'close'],

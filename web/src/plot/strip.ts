@@ -4,6 +4,7 @@ import { h, onResize } from '../dom';
 import { perFrame } from '../signal';
 import type { Span } from '../state';
 import { LEFT, RIGHT } from './axes';
+import { axis, shareOf } from './axis';
 import { CANVAS_FONT, palette } from './palette';
 
 /** A stretch of one mode, or of another state that has a number. */
@@ -44,6 +45,7 @@ export abstract class Canvas {
       this.#draw();
     });
     palette.on(this.redraw);
+    axis.on(this.redraw);
   }
 
   protected resized(): void {}
@@ -97,9 +99,8 @@ export abstract class Strip<R extends Row = Row> extends Canvas {
   protected abstract look(row: R, stretch: Stretch): Look;
 
   protected override draw(context: CanvasRenderingContext2D): void {
-    const { t0, t1 } = this.#window;
     const right = this.width - RIGHT;
-    const scale = (right - LEFT) / (t1 - t0);
+    const x = (time: number): number => LEFT + shareOf(time, this.#window) * (right - LEFT);
     const tall = this.height / Math.max(1, this.#rows.length);
     this.#rows.forEach((row, index) => {
       const bottom = (index + 1) * tall - 2;
@@ -111,8 +112,8 @@ export abstract class Strip<R extends Row = Row> extends Canvas {
       context.fillStyle = palette.value.grid;
       context.fillRect(LEFT, bottom, right - LEFT, 1);
       for (const stretch of row.stretches) {
-        const from = Math.max(LEFT, LEFT + (stretch.t0 - t0) * scale);
-        const to = Math.min(right, LEFT + (stretch.t1 - t0) * scale);
+        const from = Math.max(LEFT, x(stretch.t0));
+        const to = Math.min(right, x(stretch.t1));
         if (to <= from) continue;
         const { colour, share } = this.look(row, stretch);
         context.fillStyle = colour;

@@ -59,9 +59,10 @@ export function estimatorsOf(lanes: LaneSpec[]): string[] {
 }
 
 /** The usual curves of a quantity: estimate with band, the estimate before, truth. */
-export const STYLES: Record<'estimate' | 'second' | 'truth' | 'ghost' | 'raw' | 'threshold', CurveStyle> = {
+export const STYLES: Record<'estimate' | 'second' | 'third' | 'truth' | 'ghost' | 'raw' | 'threshold', CurveStyle> = {
   estimate: { colour: 'estimate', width: 1.5, band: 'estimate-band' },
   second: { colour: 'second', width: 1.5, band: 'second-band' },
+  third: { colour: 'third', width: 1.5, band: 'third-band' },
   truth: { colour: 'truth', width: 1 },
   ghost: { colour: 'ghost', width: 1.2, dash: [4, 5] },
   raw: { colour: 'raw', width: 1 },

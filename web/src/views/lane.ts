@@ -71,7 +71,7 @@ export class Lane {
 
   /** What is drawn last comes first: the estimate, its band, then the rest. */
   #legendOrder(): HTMLElement[] {
-    const order = ['estimate', 'second', 'truth', 'threshold', 'ghost', 'raw'];
+    const order = ['estimate', 'second', 'third', 'truth', 'threshold', 'ghost', 'raw'];
     // Variants of the estimate come right after it.
     const rank = ({ curve: { style } }: Entry): number => (style.colour.startsWith('v-') ? 0.5 : order.indexOf(style.colour));
     const buttons: HTMLElement[] = [...this.#entries].sort((a, b) => rank(a) - rank(b)).map((e) => e.button);

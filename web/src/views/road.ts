@@ -1,10 +1,19 @@
-/** The room of road and forces: slope, road grade and body pitch, longitudinal acceleration, forces of the axles. */
+/** The room of road and forces: slope, road grade and body pitch, longitudinal acceleration, forces of the axles, and the road's profile. */
 
+import '../style/road.css';
+import { h } from '../dom';
 import { t } from '../messages';
+import { AccelerationFigures } from '../road/figures';
+import { LampLane } from '../road/lamps';
+import { OfferPanel } from '../road/offers';
+import { ProfileView } from '../road/profile';
 import type { Room } from '../rooms';
 import type { Session } from '../session';
 import type { Store } from '../state';
+import type { History, Tuning } from '../tuning';
+import type { GridItem } from '../worker/rpc';
 import { type CurveSpec, type LaneSpec, STYLES } from './curves';
+import type { TableColumn } from './table';
 import { TimeView } from './time-view';
 
 const CURRENT: CurveSpec['source'] = { estimator: 'slope', which: 'current' };
@@ -28,12 +37,16 @@ function slopeLanes(): LaneSpec[] {
   const { lanes, curves } = t.road;
   return [
     {
-      key: 'angles', title: lanes.angles, quantity: 'grade', unit: 'rad', least: 0.02, weight: 1.4,
-      curves: [truth('grade'), estimate('slope', curves.slope, STYLES.second), estimate('grade', curves.grade), before('grade')],
-    },
-    {
-      key: 'body_pitch', title: lanes.bodyPitch, quantity: 'angle', unit: 'rad', least: 0.01, weight: 0.9,
-      curves: [truth('body_pitch'), estimate('body_pitch', t.curves.estimate), before('body_pitch')],
+      key: 'angles', title: lanes.angles, quantity: 'grade', unit: 'rad', least: 0.02, weight: 1.6,
+      curves: [
+        { ...truth('pitch', curves.trueSlope), isOn: false },
+        { ...truth('body_pitch', curves.trueBodyPitch), isOn: false },
+        truth('grade', curves.trueGrade),
+        estimate('body_pitch', curves.bodyPitch, STYLES.third),
+        estimate('slope', curves.slope, STYLES.second),
+        estimate('grade', curves.grade),
+        before('grade'),
+      ],
     },
   ];
 }
@@ -63,15 +76,47 @@ function forceLanes(): LaneSpec[] {
   ];
 }
 
-export function roadRoom(store: Store, session: Session): Room {
-  const views = [
-    new TimeView(store, session, { title: t.road.slope, key: '1', id: 'road-slope', lanes: slopeLanes() }),
-    new TimeView(store, session, { title: t.road.acceleration, key: '2', id: 'road-acceleration', lanes: accelerationLanes() }),
-    new TimeView(store, session, { title: t.road.forces, key: '3', id: 'road-forces', lanes: forceLanes() }),
-  ];
+/** The three angles in one plot, and beneath it what of them can be known. */
+class SlopeView extends TimeView {
+  #lamps: LampLane;
+
+  constructor(store: Store, session: Session, offers: HTMLElement) {
+    super(store, session, { title: t.road.slope, key: '1', id: 'road-slope', lanes: slopeLanes() });
+    this.#lamps = new LampLane(store, session);
+    this.#lamps.onLit = this.refresh;
+    this.element.insertBefore(offers, this.body);
+    this.body.append(this.#lamps.element);
+  }
+
+  protected override extraItems(): GridItem[] {
+    return this.#lamps.items();
+  }
+
+  protected override takeExtra(times: Float64Array, columns: Float64Array[]): void {
+    if (columns.length > 0) this.#lamps.take(times, columns);
+  }
+
+  protected override extraColumns(): TableColumn[] {
+    return this.#lamps.tableColumns();
+  }
+}
+
+export function roadRoom(store: Store, session: Session, history: History<Tuning>): Room {
+  const acceleration = new TimeView(store, session, { title: t.road.acceleration, key: '2', id: 'road-acceleration', lanes: accelerationLanes() });
+  const figures = new AccelerationFigures(store, session);
+  acceleration.body.append(figures.element);
+  const forces = new TimeView(store, session, { title: t.road.forces, key: '3', id: 'road-forces', lanes: forceLanes() });
+  forces.body.append(h('p.lane-note', {}, t.road.effective));
+  const views = [new SlopeView(store, session, new OfferPanel(store, session, history).element), acceleration, forces];
+  const profile = new ProfileView(store, session);
   for (const view of views) view.changed();
+  const seen = new ResizeObserver(() => {
+    figures.refresh();
+    profile.refresh();
+  });
+  seen.observe(acceleration.element);
   return {
-    elements: views.map((v) => v.element),
-    pictures: () => views.map((v, i) => [['slope', 'acceleration', 'forces'][i] ?? '', v.canvases()]),
+    elements: [...views, profile].map((v) => v.element),
+    pictures: () => [...views, profile].map((v, i) => [['slope', 'acceleration', 'forces', 'profile'][i] ?? '', v.canvases()]),
   };
 }

@@ -2,6 +2,7 @@
 
 import { h } from '../dom';
 import { t } from '../messages';
+import { axis } from '../plot/axis';
 import type { Session } from '../session';
 import { estimatorOf, isRunnable, type Store, trouble } from '../state';
 import { latest } from '../worker/rpc';
@@ -124,7 +125,8 @@ export class TimeView {
     const report = this.store.report.value;
     if (!report || !this.#isSeen()) return;
     const { t0, t1 } = this.store.window.value;
-    const buckets = Math.max(...this.lanes.map((l) => l.pixels), 50);
+    // Over distance a stretch of standing takes instants and no room.
+    const buckets = Math.max(...this.lanes.map((l) => l.pixels), 50) * (axis.value.kind === 'time' ? 1 : 2);
     const perLane = this.lanes.map((lane) => lane.items());
     const extra = this.extraItems();
     const items = [...perLane.flat(), ...extra];

@@ -3,11 +3,13 @@
 import { h, icon, iconButton } from '../dom';
 import { t } from '../messages';
 import { LEFT, RIGHT } from '../plot/axes';
+import { axis, shareOf, timeAt } from '../plot/axis';
 import { Canvas, stretches, type Stretch } from '../plot/strip';
 import { modeColour, palette } from '../plot/palette';
 import type { Session } from '../session';
 import type { Store } from '../state';
-import { formatTime } from '../units';
+import { axisSwitch } from './axis-switch';
+import { formatDistance, formatTime } from '../units';
 import { latest } from '../worker/rpc';
 
 const RATES = [0.5, 1, 2, 5, 10, 20, 60];
@@ -27,9 +29,8 @@ class Overview extends Canvas {
   }
 
   protected override draw(context: CanvasRenderingContext2D): void {
-    const { t0, t1 } = this.#store.span.value;
     const [left, right] = [LEFT, this.width - RIGHT];
-    const x = (time: number): number => left + ((time - t0) / (t1 - t0)) * (right - left);
+    const x = (time: number): number => left + shareOf(time, this.#store.span.value) * (right - left);
     const floor = this.height - 7;
     this.#silhouette(context, x, floor);
     for (const s of this.modes) {
@@ -88,7 +89,7 @@ export class Transport {
     rate.addEventListener('change', () => {
       store.rate.value = Number(rate.value);
     });
-    const controls = h('div.transport-controls', {}, this.#play, this.#time, rate, h('span.spacer'), this.#wholeButton());
+    const controls = h('div.transport-controls', {}, this.#play, this.#time, rate, axisSwitch(store, session), h('span.spacer'), this.#wholeButton());
     this.element = h('section.transport', { 'aria-label': t.transport.label }, this.#host, controls);
     this.#overview = new Overview(this.#host, store);
     this.#listen();
@@ -136,7 +137,8 @@ export class Transport {
     const say = (): void => {
       const { t0, t1 } = store.span.value;
       const time = store.cursor.value;
-      this.#time.textContent = formatTime(store.sinceStart(time));
+      const isWay = axis.value.kind === 'distance';
+      this.#time.textContent = isWay ? `${formatTime(store.sinceStart(time))} · ${formatDistance(axis.value.place(time))}` : formatTime(store.sinceStart(time));
       this.#host.setAttribute('aria-valuemin', '0');
       this.#host.setAttribute('aria-valuemax', (t1 - t0).toFixed(1));
       this.#host.setAttribute('aria-valuenow', store.sinceStart(time).toFixed(1));
@@ -144,6 +146,7 @@ export class Transport {
     };
     store.cursor.watch(say);
     store.span.on(say);
+    axis.on(say);
     const load = latest(() => this.#load());
     store.report.on(load);
     for (const name of ['motion_mode', 'slope', 'gnss_ins']) {
@@ -173,9 +176,8 @@ export class Transport {
     const host = this.#host;
     const scrub = (event: PointerEvent): void => {
       const box = host.getBoundingClientRect();
-      const { t0, t1 } = this.#store.span.value;
       const share = (event.clientX - box.left - LEFT) / (box.width - LEFT - RIGHT);
-      this.#store.moveCursor(t0 + share * (t1 - t0));
+      this.#store.moveCursor(timeAt(Math.min(1, Math.max(0, share)), this.#store.span.value));
       this.#store.follow();
     };
     host.addEventListener('pointerdown', (event) => {
