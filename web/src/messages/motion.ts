@@ -170,7 +170,7 @@ export const motion = {
     unused: 'not used',
     poses: ['level', 'upside down', 'nose down', 'nose up', 'left side down', 'right side down'] as readonly string[],
     refused: (reason: string) => `Not yet: ${reason}.`,
-    found: (poses: number) => `Calibrated from ${poses} poses.`,
+    found: (poses: number) => `A calibration from ${poses} poses is ready.`,
     sensor: 'Sensor',
     tangential: 'tangential',
     axial: 'axial',

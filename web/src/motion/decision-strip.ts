@@ -2,6 +2,7 @@
 
 import { t } from '../messages';
 import { LEFT, RIGHT } from '../plot/axes';
+import { axis, shareOf } from '../plot/axis';
 import { modeColour, palette } from '../plot/palette';
 import { Canvas } from '../plot/strip';
 import type { Span } from '../state';
@@ -26,7 +27,7 @@ export class DecisionStrip extends Canvas {
   protected override draw(context: CanvasRenderingContext2D): void {
     const { t0, t1 } = this.#window;
     const right = this.width - RIGHT;
-    const x = (time: number): number => LEFT + ((time - t0) * (right - LEFT)) / (t1 - t0);
+    const x = (time: number): number => LEFT + shareOf(time, this.#window, axis.value) * (right - LEFT);
     context.fillStyle = palette.value.muted;
     context.textAlign = 'right';
     context.textBaseline = 'middle';

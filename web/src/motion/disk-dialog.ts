@@ -105,7 +105,7 @@ export class DiskDialog {
       const seconds = formatFixed(rest.span[1] - rest.span[0], 1);
       return h('tr', {}, h('th', { scope: 'row' }, go), h('td', {}, seconds), h('td', {}, rest.force.map((v) => formatFixed(v, 2)).join(', ')), h('td.text', {}, select));
     });
-    const head = [from, length, shown, pose].map((name) => h('th', { scope: 'col' }, name));
+    const head = [from, length, shown, pose].map((name, i) => h(i < 3 ? 'th' : 'th.text', { scope: 'col' }, name));
     const table = h('table.numbers', {}, h('caption', {}, caption), h('thead', {}, h('tr', {}, ...head)), h('tbody', {}, ...rows));
     this.#table.replaceChildren(...(rows.length > 0 ? [table] : []));
     this.#table.hidden = rows.length === 0;

@@ -4,6 +4,7 @@ import { h } from '../dom';
 import type { EstimatorInfo, NumberParam } from '../door';
 import { t } from '../messages';
 import { LEFT, RIGHT } from '../plot/axes';
+import { axis, timeAt } from '../plot/axis';
 import type { Session } from '../session';
 import { fromTravel, toTravel } from '../slider';
 import type { Store } from '../state';
@@ -135,10 +136,9 @@ export class Grip {
   /** Where a pointer is: time, and height below the plot's top. */
   #pointer(event: PointerEvent): { time: number; height: number; isOnGrip: boolean } {
     const box = this.#lane.plotHost.getBoundingClientRect();
-    const { t0, t1 } = this.#store.window.value;
     const share = (event.clientX - box.left - LEFT) / Math.max(1, box.width - LEFT - RIGHT);
     const isOnGrip = event.target instanceof Node && this.element.contains(event.target);
-    return { time: t0 + Math.min(1, Math.max(0, share)) * (t1 - t0), height: event.clientY - box.top, isOnGrip };
+    return { time: timeAt(Math.min(1, Math.max(0, share)), this.#store.window.value, axis.value), height: event.clientY - box.top, isOnGrip };
   }
 
   #isNear(event: PointerEvent): boolean {

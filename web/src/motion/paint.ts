@@ -3,6 +3,7 @@
 import { h, save } from '../dom';
 import { t } from '../messages';
 import { LEFT, RIGHT } from '../plot/axes';
+import { axis, shareOf, timeAt } from '../plot/axis';
 import type { Session } from '../session';
 import type { Store } from '../state';
 import { formatTime } from '../units';
@@ -98,8 +99,7 @@ export class Painter {
 
   #time(clientX: number): number {
     const box = this.layer.getBoundingClientRect();
-    const { t0, t1 } = this.#store.window.value;
-    return t0 + Math.min(1, Math.max(0, (clientX - box.left) / Math.max(1, box.width))) * (t1 - t0);
+    return timeAt(Math.min(1, Math.max(0, (clientX - box.left) / Math.max(1, box.width))), this.#store.window.value, axis.value);
   }
 
   #listen(): void {
@@ -129,8 +129,7 @@ export class Painter {
   }
 
   #showBand(a: number, b: number): void {
-    const { t0, t1 } = this.#store.window.value;
-    const share = (time: number): number => Math.min(1, Math.max(0, (time - t0) / (t1 - t0)));
+    const share = (time: number): number => Math.min(1, Math.max(0, shareOf(time, this.#store.window.value, axis.value)));
     this.#band.hidden = a === b;
     this.#band.style.left = `${100 * share(Math.min(a, b))}%`;
     this.#band.style.width = `${100 * Math.abs(share(b) - share(a))}%`;

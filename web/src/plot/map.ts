@@ -163,7 +163,7 @@ export class MapPlot extends Canvas {
     if (layers.isShown.truth) this.#line(context, layers.truth, palette.value.truth, 1);
     if (layers.isShown.estimate) this.#drawEstimate(context, layers);
     if (layers.isShown.previous) this.#line(context, layers.previous, palette.value.ghost, 1.2, [4, 5]);
-    if (layers.isShown.smoothed) this.#line(context, layers.smoothed, palette.value.second, 1.5);
+    if (layers.isShown.smoothed) this.#line(context, layers.smoothed, palette.value.second, 1);
     if (layers.isShown.blinded) this.#drawBlinded(context, layers);
     if (layers.isShown.rejected) this.#drawRejected(context, layers);
     if (this.#car) this.#drawCar(context, this.#car);
