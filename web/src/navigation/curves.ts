@@ -67,14 +67,16 @@ export function stateLanes(): LaneSpec[] {
   ];
 }
 
-/** Measurements whose statistics the filter tells, with their degrees of freedom. */
+/**
+ * Measurements whose statistics the filter tells, with their degrees of freedom; 0 for a mean over satellites, whose band depends on how many there are.
+ */
 export const MEASUREMENTS = [
-  ['position', 3], ['velocity', 3], ['odometer', 1], ['nhc', 2], ['zupt', 3], ['zaru', 3], ['range', 1], ['range_rate', 1],
+  ['position', 3], ['velocity', 3], ['odometer', 1], ['nhc', 2], ['zupt', 3], ['zaru', 3], ['range', 0], ['range_rate', 0],
 ] as const;
 export type Measurement = (typeof MEASUREMENTS)[number][0];
 
 /** 2.5 % and 97.5 % quantiles of chi-square by degrees of freedom. */
-const BANDS: Record<1 | 2 | 3, [number, number]> = { 1: [0.000982, 5.024], 2: [0.0506, 7.378], 3: [0.2158, 9.348] };
+const BANDS: Record<0 | 1 | 2 | 3, [number, number] | null> = { 0: null, 1: [0.000982, 5.024], 2: [0.0506, 7.378], 3: [0.2158, 9.348] };
 
 /** Below this a statistic is drawn at the edge of its plot. */
 const FLOOR = 0.01;
@@ -83,10 +85,10 @@ export function statisticLane(): LaneSpec {
   const current = { estimator: BASE, which: 'current' } as const;
   const curves = MEASUREMENTS.flatMap(([name, dof]): CurveSpec[] => {
     const column = `${name}_nis`;
-    const [low, high] = BANDS[dof];
+    const band = BANDS[dof];
     const level = (id: string, label: string, value: number): CurveSpec => ({ id: `${name}:${id}`, label, source: 'level', column, style: STYLES.threshold, isOn: true, level: value });
-    const edges = low > FLOOR ? [level('low', names.low, low)] : [];
-    return [...edges, level('high', names.high, high), { id: `${name}:nis`, label: names.nis, source: current, column, style: { colour: 'estimate', width: 1.2 }, isOn: true, hold: 1.5 }];
+    const edges = band ? [...(band[0] > FLOOR ? [level('low', names.low, band[0])] : []), level('high', names.high, band[1])] : [];
+    return [...edges, { id: `${name}:nis`, label: names.nis, source: current, column, style: { colour: 'estimate', width: 1.2 }, isOn: true, hold: 1.5 }];
   });
   return { key: 'nis', title: t.navigation.lanes.nis, quantity: 'plain', unit: '1', isLog: true, floor: FLOOR, least: 1, weight: 1.2, curves };
 }
