@@ -7,7 +7,7 @@ use crate::apply::{ChannelReport, MapReport, apply};
 use crate::clock::epoch_text;
 use crate::csv::read_csv;
 use crate::error::ImportError;
-use crate::mapping::Mapping;
+use crate::mapping::{MAPPING_VERSION, Mapping, TimeSource};
 use crate::merge::{Merged, merge};
 use crate::names::signal;
 use crate::opening::Log;
@@ -99,6 +99,23 @@ pub fn open_table(table: Table, mapping: Option<&Mapping>) -> Result<(Drive, Ope
     let mut report = frame(&table, &proposal);
     let (drive, mapped) = apply(table, &proposal.mapping, &name)?;
     fill(&mut report, &proposal, mapped, &drive);
+    Ok((drive, report))
+}
+
+/// Make a drive of raw satellite ranges alone.
+///
+/// # Errors
+/// Those of [`raw_gnss`](crate::raw_gnss()).
+pub fn open_raw(table: &Table) -> Result<(Drive, OpenReport), ImportError> {
+    let raw_gnss = crate::raw_gnss(table, 0.0)?;
+    let time = TimeSource { column: "t".into(), unit: "s".into(), offset: 0.0, fraction: None };
+    let signals = std::collections::BTreeMap::new();
+    let mapping =
+        Mapping { version: MAPPING_VERSION, time, signals, drop_repeats: Vec::new(), disk: None, origin: None };
+    let proposal = Proposal { mapping, entries: Vec::new(), unused: Vec::new(), notes: Vec::new() };
+    let mut report = frame(table, &proposal);
+    let drive = Drive { name: table.name.clone(), raw_gnss, ..Drive::default() };
+    fill(&mut report, &proposal, MapReport::default(), &drive);
     Ok((drive, report))
 }
 
