@@ -103,6 +103,9 @@ pub fn apply(mut table: Table, mapping: &Mapping, name: &str) -> Result<(Drive, 
     drive.accel_array = load.channel(6)?;
     drive.range = load.channel(7)?;
     drive.truth = load.truth()?;
+    if let Some(origin) = mapping.origin {
+        drive.set_origin(origin.place());
+    }
     Ok((drive, report))
 }
 

@@ -113,7 +113,14 @@ pub fn propose(table: &Table) -> Result<Proposal, ImportError> {
             .map(|t| Unused { column: t.name.clone(), reason: format!("holds text such as `{}`", t.example) }),
     );
     Ok(Proposal {
-        mapping: Mapping { version: MAPPING_VERSION, time: clock.source, signals, drop_repeats: repeating, disk: None },
+        mapping: Mapping {
+            version: MAPPING_VERSION,
+            time: clock.source,
+            signals,
+            drop_repeats: repeating,
+            disk: None,
+            origin: None,
+        },
         entries,
         unused,
         notes,

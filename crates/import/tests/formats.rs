@@ -208,8 +208,13 @@ fn a_table_of_raw_ranges_belongs_to_the_log_beside_it() {
     let (drive, report) = together(&[("raw.csv", raw(0)), ("log.csv", samples::csv(0))]).unwrap();
     assert_eq!((drive.imu.len(), drive.raw_gnss.len(), drive.raw_gnss.at(0).1.len()), (ROWS, 2, 2));
     assert!(report.name == "log.csv" && report.notes.iter().any(|n| n.contains("raw.csv: raw ranges")), "{report:?}");
+    let (drive, report) = together(&[("raw.csv", raw(0))]).unwrap();
+    assert_eq!(
+        (drive.imu.len(), drive.raw_gnss.len(), report.name.as_str()),
+        (0, 2, "raw.csv"),
+        "ranges alone are a drive"
+    );
     for (files, expected) in [
-        (vec![("raw.csv", raw(0))], "raw.csv: expected a log, found a table of raw ranges only"),
         (
             vec![("raw.csv", raw(0)), ("b.csv", raw(0)), ("log.csv", samples::csv(0))],
             "expected one table of raw ranges",
