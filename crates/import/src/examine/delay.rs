@@ -15,7 +15,8 @@ pub(crate) struct Lag {
     pub correlation: f64,
 }
 
-fn correlation(x: &[f64], y: &[f64], shift: i32) -> f64 {
+/// Correlation of `y` with `x` as many bins later.
+pub(crate) fn correlation(x: &[f64], y: &[f64], shift: i32) -> f64 {
     let mut s = [0.0; 6];
     for (i, &b) in y.iter().enumerate() {
         let Some(&a) = usize::try_from(i as i64 + i64::from(shift)).ok().and_then(|k| x.get(k)) else { continue };

@@ -451,8 +451,10 @@ pub(crate) fn seat_gyro(s: &mut Survey, yaw: &Yaw, across: Option<[Across; 2]>, 
     let Some(across) = across else { return };
     for (axis, a) in across.iter().enumerate() {
         let (signal, word) = [("gyro_x", "roll"), ("gyro_y", "pitch")][axis];
+        // Without a name, a steering angle that follows the same turns may stand in for a gyro that leans.
+        let named = s.names[a.column].as_ref().is_some_and(|c| c.signal == signal);
         let confidence = match a.margin {
-            m if m > 15.0 => Confidence::Certain,
+            m if m > 5.0 && named => Confidence::Certain,
             m if m > 5.0 => Confidence::Likely,
             _ => Confidence::Guess,
         };

@@ -1,8 +1,10 @@
 //! Steering angle, altitudes and vertical speed among the columns.
 
+use super::delay::{correlation, lag};
 use super::gnss::{Motion, SPEEDS, speed_unit};
+use super::inertial::integral;
 use super::linear::{Normal, Solved};
-use super::scene::Field;
+use super::scene::{Field, slope};
 use super::survey::{Kind, Role, Survey, Weight};
 use crate::evidence::nearest;
 use crate::propose::Confidence;
@@ -32,7 +34,9 @@ pub(crate) fn find_steering(s: &mut Survey, motion: &Motion, late: f64, fast: Op
             n.add(&[i.turn / (i.to - i.from) / i.speed, 1.0], field.mean(i.from, i.to));
         }
         let f = n.solve(2);
-        if f.count >= 12.0 && f.explained > 0.6 && fast.is_none_or(|(rate, speed)| bends(&field.grid, rate, speed)) {
+        let named = s.names[column].is_some();
+        let bends = || fast.is_some_and(|(rate, speed)| bends(&field.grid, rate, speed));
+        if f.count >= 12.0 && f.explained > 0.6 && (named || bends()) {
             list.push((column, f));
         }
     }
@@ -42,14 +46,16 @@ pub(crate) fn find_steering(s: &mut Survey, motion: &Motion, late: f64, fast: Op
     }
 }
 
-/// Whether a column follows the curvature clearly better than the turn rate.
+/// Whether a column follows the curvature, at whatever delay, better than the turn rate of the same instant: a steering
+/// angle does, a gyro that leans does not.
 fn bends(grid: &[f64], rate: &[f64], speed: &[f64]) -> bool {
-    let (mut curve, mut turn) = (Normal::default(), Normal::default());
-    for ((y, w), v) in grid.iter().zip(rate).zip(speed).filter(|(_, v)| **v > 3.0) {
-        curve.add(&[*w / *v, 1.0], *y);
-        turn.add(&[*w, 1.0], *y);
-    }
-    curve.solve(2).explained > turn.solve(2).explained + 0.005
+    let smooth = |v: &[f64]| slope(&integral(v), 4);
+    let (own, turn) = (smooth(grid), smooth(rate));
+    let moving = |i: usize| speed[i] > 3.0;
+    let curve: Vec<f64> = (0..turn.len()).map(|i| if moving(i) { turn[i] / speed[i] } else { f64::NAN }).collect();
+    let turn: Vec<f64> = (0..turn.len()).map(|i| if moving(i) { turn[i] } else { f64::NAN }).collect();
+    let at_once = correlation(&own, &turn, 0).abs();
+    lag(&own, &curve, 0.9).is_some_and(|l| l.correlation.abs() > at_once + 0.003)
 }
 
 fn steering(s: &mut Survey, column: usize, f: &Solved, motion: &Motion) {
@@ -64,7 +70,8 @@ fn steering(s: &mut Survey, column: usize, f: &Solved, motion: &Motion) {
     if off > 0.8 || s.of(signal).is_some() {
         return;
     }
-    let confidence = match (explained > 0.9, off < 0.5) {
+    // Without a name, a gyro that leans may stand in for it.
+    let confidence = match (explained > 0.9 && named.is_some(), off < 0.5) {
         (true, true) => Confidence::Certain,
         (_, true) => Confidence::Likely,
         _ => Confidence::Guess,

@@ -14,7 +14,7 @@ use crate::propose::{Candidate, Confidence};
 use crate::table::Table;
 
 /// The car's yaw answers to the steering so much later, s, and how far that varies from car to car.
-const YAW_LAG: [f64; 2] = [0.1, 0.05];
+const YAW_LAG: [f64; 2] = [0.06, 0.05];
 /// Lags that are smaller do no harm, s.
 const SMALL_DELAY: f64 = 0.03;
 
@@ -146,7 +146,6 @@ fn inertial_sensor(s: &mut Survey, motion: &Motion, accel: Option<(Triad, f64)>,
     if let Some(a) = &across {
         hold(s, &[a[0].column, a[1].column]);
     }
-    others::find_steering(s, motion, late, None);
     if let Some(rate) = &rate {
         steering_delay(s, rate, aligned.as_deref());
     }
