@@ -38,7 +38,7 @@ pub fn raw_gnss(table: &Table, offset: f64) -> Result<RawGnss, ImportError> {
         return Err(missing(RAW_COLUMNS[index]));
     }
     let unit = clock.unit.clone().filter(|u| units::factor(u, "s").is_some()).unwrap_or_else(|| "s".into());
-    let times = clock::times(table, &TimeSource { column: "t".into(), unit, offset, fraction: None })?;
+    let times = clock::times(table, &TimeSource { offset, ..TimeSource::plain("t", &unit) })?;
     let (mut raw, mut view, mut since) = (RawGnss::default(), Vec::new(), f64::NAN);
     for (row, &time) in times.iter().enumerate() {
         let cells = columns.map(|c: Option<&RawColumn>| c.map_or(f64::NAN, |c| c.values[row]));
