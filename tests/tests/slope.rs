@@ -197,3 +197,17 @@ fn a_wrong_mass_hardly_moves_the_grade_and_a_late_wheel_speed_does() {
         assert!(late >= right, "{case}: {late} late, {right} in time");
     }
 }
+
+#[test]
+fn a_look_back_over_late_wheels_holds_the_sensor_back_in_both_directions_of_time() {
+    // A backward run that delays the sensor once more, or the wheels the wrong way, would be twice as late as no correction.
+    for case in ["b2_flat_accel_brake", "b4_mild_grade_accel_brake"] {
+        let Some(path) = shared(&format!("spec/slope/{case}.csv.gz")) else { return };
+        let late = with_earlier_wheels(&open(&path), -0.1).unwrap();
+        let matched = SlopeParams { wheel_latency: 0.1, ..SlopeParams::default() };
+        let both = SlopeParams { two_way: true, ..matched.clone() };
+        let [ahead, both] = [&matched, &both].map(|params| case_error(&late, params, 1.0));
+        println!("{case}: {ahead:.3} deg, looked back {both:.3} deg");
+        assert!(both < ahead, "{case}: {both} looked back, {ahead} looking ahead only");
+    }
+}

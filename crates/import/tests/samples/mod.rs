@@ -89,7 +89,7 @@ pub fn csv(first: usize) -> Vec<u8> {
 /// The same as a spreadsheet in German writes it, with comments, times of day, quotes, blanks and a column of text.
 pub fn spreadsheet() -> Vec<u8> {
     let row = |i: usize| {
-        let blank = if i % 5 == 0 { String::new() } else { format!("{:e}", rate(i)) };
+        let blank = if i.is_multiple_of(5) { String::new() } else { format!("{:e}", rate(i)) };
         let text = format!("12:00:{:04.1};{:.2};{blank};\"word; \"\"{i}\"\"\nmore\"\r\n", time(i), accel(i));
         if i % 7 == 3 { format!("# comment \"{i}\r\n{text}") } else { text.replace("0.", "0,") }
     };
