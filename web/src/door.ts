@@ -1,6 +1,8 @@
 /** What crosses the door of the core (crates/wasm): plain objects with the core's own names, SI units and radians. */
 
 import type { CompassDoor } from './compass/door';
+import type { Disk } from './motion/disk-file';
+import type { MotionDoor } from './motion/door';
 import type { RoadDoor } from './road/door';
 
 export type ParamValue = number | boolean | string | null;
@@ -86,7 +88,7 @@ export interface OpenReport {
   notes: string[];
   warnings: OpenWarning[];
   /** What the log was read with, for saving. */
-  mapping: unknown;
+  mapping: { disk?: Disk } | null;
 }
 
 /** Something that was passed over or looks wrong. */
@@ -201,13 +203,13 @@ export interface Comparison {
   consistency: Change[];
 }
 
-/** What a drive says besides its columns: name, parameters of the car, rear axle, Unix time of t = 0, and how it was read, if it was. */
-export type DriveHead = [string, Float64Array | undefined, number | undefined, number | undefined, OpenReport | undefined];
+/** What a drive says besides its columns: name, parameters of the car, rear axle, Unix time of t = 0, how it was read, if it was, and the numbers of its six-accelerometer disk. */
+export type DriveHead = [string, Float64Array | undefined, number | undefined, number | undefined, OpenReport | undefined, Float64Array | undefined];
 /** Part of a drive: name, names of its columns, times, columns; an empty column has no value. */
 export type DrivePart = [string, string[], Float64Array, Float64Array[]];
 
 /** The session as the worker sees it. */
-export interface Door extends CompassDoor, RoadDoor {
+export interface Door extends CompassDoor, MotionDoor, RoadDoor {
   catalogue(): Omit<Catalogue, 'drives'>;
   begin_parts(...head: DriveHead): void;
   add_part(...part: DrivePart): void;

@@ -16,5 +16,7 @@ declare module '*/generated/drivescope_gallery.js' {
 }
 declare module '*/generated/drivescope_readers.js' {
   export class Reader {}
+  export function role(file: File): string;
+  export function __wbg_reset_state(): void;
   export default function init(): Promise<unknown>;
 }

@@ -7,6 +7,7 @@ export interface KeyActions {
   openDialog(): void;
   chooseDrive(): void;
   showPapers(): void;
+  showLoops(): void;
   showHelp(): void;
   nextRoom(): void;
   focusView(key: string): void;
@@ -63,6 +64,7 @@ export function listenToKeys(store: Store, actions: KeyActions): void {
     '3': () => actions.focusView('3'),
     '4': () => actions.focusView('4'),
     '5': () => actions.focusView('5'),
+    '6': () => actions.focusView('6'),
     v: () => actions.nextRoom(),
     x: () => {
       store.over.value = store.over.value === 'time' ? 'distance' : 'time';
@@ -70,6 +72,7 @@ export function listenToKeys(store: Store, actions: KeyActions): void {
     p: () => actions.focusParams(),
     d: () => actions.chooseDrive(),
     g: () => actions.showPapers(),
+    c: () => actions.showLoops(),
     o: () => actions.openDialog(),
     '?': () => actions.showHelp(),
     Escape: () => {

@@ -12,11 +12,13 @@ import { CompassDialog } from './compass/dialog';
 import { Doctor } from './compass/doctor';
 import { h, iconButton, save } from './dom';
 import type { ParamValue } from './door';
-import { dropTarget, openFiles } from './files';
+import { dropTarget, labelsAmong, openFiles } from './files';
 import type { Trial } from './gallery/door';
 import type { Gallery } from './gallery/gallery';
+import type { Loops } from './loops/gallery-loops';
 import { listenToKeys } from './keys';
 import { t } from './messages';
+import { offerIn } from './panel/offer';
 import { ReportPanel } from './panel/report';
 import { errorBanner, statusLine } from './panel/status';
 import { TunePanel } from './panel/tune';
@@ -33,6 +35,7 @@ import { modeView } from './views/mode';
 import { slopeView } from './views/slope';
 import { TrajectoryView } from './views/trajectory';
 import { Transport } from './views/transport';
+import type { OpenRequest } from './worker/rpc';
 
 /** Seconds of a long drive that are simulated before they are estimated and shown; the rest follows. */
 const FIRST_LOOK = 120;
@@ -63,6 +66,7 @@ const rooms = new Rooms(store, {
     pictures: () => [...views, mode].map((v, i) => [['attitude', 'slope', 'mode'][i] ?? '', v.canvases()]),
   }),
   road: async () => (await import('./views/road')).roadRoom(store, session, history),
+  motion: async () => (await import('./motion/room')).motionRoom(store, session, history),
 });
 
 async function openBuiltIn(name: string, seed: number | null = null): Promise<void> {
@@ -108,12 +112,41 @@ async function showPapers(): Promise<void> {
   }
 }
 
+let loops: Promise<Loops> | null = null;
+
+/** The closed loops come with the gallery's module, when they are opened first. */
+async function showLoops(): Promise<void> {
+  loops ??= import('./loops/gallery-loops').then(({ Loops }) => {
+    const made = new Loops(store);
+    document.querySelector('.page')?.append(made.element);
+    return made;
+  });
+  try {
+    (await loops).show();
+  } catch (reason) {
+    loops = null;
+    tell(reason);
+  }
+}
+
 function tell(reason: unknown): void {
   store.error.value = reason instanceof Error ? reason.message : String(reason);
 }
 
 async function openDropped(files: File[]): Promise<void> {
-  if (await openFiles(store, session, files, FIRST_LOOK, (text) => doctor.applySaved(text))) side.showReport(true);
+  const labels = await labelsAmong(files);
+  const others = files.filter((file) => file !== labels?.file);
+  if (await openFiles(store, session, others, FIRST_LOOK, (text) => doctor.applySaved(text))) side.showReport(true);
+  if (!labels) return;
+  store.room.value = 'motion';
+  (await import('./motion/paint')).takeLabels(store, labels.text, labels.file.name);
+}
+
+/** Open a part of a log that does not fit as a whole. */
+async function openPart(request: OpenRequest, label: string): Promise<void> {
+  if (!(await session.open(request, label))) return;
+  side.showReport(true);
+  await session.runAll();
 }
 
 function savePictures(): void {
@@ -141,6 +174,7 @@ const bar = header(store, session, {
   showHelp: () => help.showModal(),
   showReport: () => side.toggleReport(),
   showPapers: () => void showPapers(),
+  showLoops: () => void showLoops(),
 }, drives.button, statusLine(store, session));
 
 document.querySelector('#app')?.replaceWith(
@@ -148,7 +182,7 @@ document.querySelector('#app')?.replaceWith(
     'div.page',
     {},
     bar.element,
-    errorBanner(store),
+    offerIn(errorBanner(store), store, (request, label) => void openPart(request, label).catch(tell)),
     h('main', {}, rooms.element, h('div.side-column', {}, trajectory.element, side.element)),
     transport.element,
     dropTarget((files) => void openDropped(files)),
@@ -163,6 +197,7 @@ listenToKeys(store, {
   openDialog: bar.openDialog,
   chooseDrive: () => drives.show(),
   showPapers: () => void showPapers(),
+  showLoops: () => void showLoops(),
   showHelp: () => (help.open ? help.close() : help.showModal()),
   nextRoom: () => rooms.next(),
   focusView: (key) => {
@@ -187,10 +222,12 @@ async function start(): Promise<void> {
   store.catalogue.value = catalogue;
   store.tuning.value = address.tuning;
   store.room.value = address.room;
+  store.overlays.value = address.overlays;
   store.over.value = address.over ?? 'time';
   followAddress(store, (hash) => {
-    const { tuning, drive, seed, room, over } = fromHash(hash, catalogue);
+    const { tuning, drive, seed, room, overlays, over } = fromHash(hash, catalogue);
     store.room.value = room;
+    store.overlays.value = overlays;
     store.over.value = over ?? 'time';
     history.push(tuning);
     store.tuning.value = tuning;

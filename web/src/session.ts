@@ -4,7 +4,7 @@ import type { DriveReport } from './door';
 import { t } from './messages';
 import { estimatorOf, isRunnable, overlayRun, type Store } from './state';
 import { sameFor, type Tuning } from './tuning';
-import { Cancelled, type OpenRequest, type Pending, RpcClient, type RunReply, Unloaded } from './worker/rpc';
+import { Cancelled, type OpenRequest, type Pending, RpcClient, type RunReply, TooLarge, Unloaded } from './worker/rpc';
 
 /** A run expected to end sooner than this (s) is let finish while a slider moves, so that the curve follows. */
 const SHORT_RUN = 0.4;
@@ -52,6 +52,7 @@ export class Session {
     this.#opening = pending;
     store.work.value = { label, progress: null, cancel: pending.cancel };
     store.error.value = null;
+    store.offer.value = null;
     try {
       const report = await pending.answer;
       for (const runner of this.#runners.values()) runner.tuned = null;
@@ -68,7 +69,8 @@ export class Session {
     } catch (reason) {
       this.#rest = rest;
       this.#store.isRestHeld.value = true;
-      if (reason instanceof Unloaded) store.error.value = t.errors.readers(label);
+      if (reason instanceof TooLarge && request.kind === 'files') store.offer.value = { ...reason.offer, request, label };
+      if (reason instanceof Unloaded) store.error.value = t.files.unloaded(label);
       else if (!(reason instanceof Cancelled)) store.error.value = reason instanceof Error ? reason.message : String(reason);
       return false;
     } finally {

@@ -1,12 +1,13 @@
 /** Everything the page knows, in one place; views listen to the parts they show. */
 
 import type { Catalogue, DriveReport, Progress } from './door';
+import type { Disk } from './motion/disk-file';
 import { type Axis, axis, timeAxis } from './plot/axis';
 import type { RoomName } from './room-names';
 import { Signal } from './signal';
 import { type Tuning, UNTUNED } from './tuning';
 import { DEFAULT_DISPLAY, type Display } from './units';
-import type { RunReply } from './worker/rpc';
+import type { Offer, OpenRequest, RunReply } from './worker/rpc';
 
 /** A stretch of time, s. */
 export interface Span {
@@ -62,6 +63,8 @@ export class Store {
   readonly report = new Signal<DriveReport | null>(null);
   readonly work = new Signal<Work | null>(null);
   readonly error = new Signal<string | null>(null);
+  /** What can be read of a log that does not fit into memory, with what asked for it. */
+  readonly offer = new Signal<(Offer & { request: Extract<OpenRequest, { kind: 'files' }>; label: string }) | null>(null);
   /** Whether the rest of a drive waits to be asked for, because someone stopped it or opening another has failed. */
   readonly isRestHeld = new Signal(false);
   readonly builtIn = new Signal<{ name: string; seed: number | null } | null>(null);
@@ -83,6 +86,10 @@ export class Store {
   readonly wanted = new Signal<readonly string[]>([]);
   /** Variants of orientation that are drawn with the one that is tuned. */
   readonly overlays = new Signal<readonly string[]>([]);
+  /** Motion modes painted by hand: times and, in the second half, modes. */
+  readonly labels = new Signal<Float64Array>(new Float64Array(0));
+  /** The calibrated six-accelerometer disk that the open log is read with; null for the drawing. */
+  readonly disk = new Signal<Disk | null>(null);
   #runs = new Map<string, Signal<RunState>>();
 
   /** Something is shown that needs these estimators: they are run for every drive, until what is returned is called. */
@@ -130,6 +137,8 @@ export class Store {
     const [window, cursor] = [this.window.value, this.cursor.value];
     const isZoomed = window.t1 - window.t0 < this.span.value.t1 - this.span.value.t0;
     if (!isRest) this.isPlaying.value = false;
+    if (!isRest) this.labels.value = new Float64Array(0);
+    this.disk.value = report.import?.mapping?.disk ?? null;
     for (const run of this.#runs.values()) run.value = NO_RUN;
     axis.value = timeAxis(span.t0);
     this.span.value = span;

@@ -2,7 +2,7 @@ import { beforeEach, expect, test } from 'vitest';
 import type { Door, DriveHead, DrivePart, Progress } from '../src/door';
 import { type Maker, Making } from '../src/worker/making';
 
-const HEAD: DriveHead = ['a', undefined, -1.5, undefined, undefined];
+const HEAD: DriveHead = ['a', undefined, -1.5, undefined, undefined, undefined];
 const PARTS: DrivePart[] = ['imu', 'wheels', 'truth'].map((name) => [name, [], new Float64Array(), []]);
 
 let said: string[];

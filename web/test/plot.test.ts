@@ -2,7 +2,7 @@ import { expect, test } from 'vitest';
 import { rangeOf, timeLabels, valueLabels, withBands } from '../src/plot/axes';
 import { band, breakTurns, withGaps } from '../src/plot/gaps';
 import { outagesOf } from '../src/plot/map';
-import { stretches } from '../src/plot/mode-strip';
+import { stretches } from '../src/plot/strip';
 
 test('what is not finite becomes a gap, also at the start where uPlot would lose its range', () => {
   expect(withGaps(Float64Array.of(Number.NaN, 1, Number.POSITIVE_INFINITY, 2), (v) => 2 * v)).toEqual([null, 2, null, 4]);

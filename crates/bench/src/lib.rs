@@ -11,7 +11,9 @@ use drivescope_drive::drive::{Drive, Epoch};
 use drivescope_drive::frames::body_to_nav;
 use drivescope_drive::param::Choice;
 use drivescope_estimation::estimator::{Estimator, EstimatorError};
+use drivescope_estimation::land_ins::{LandIns, LandInsParams};
 use drivescope_estimation::magnetometer_calibration::calibrate;
+use drivescope_estimation::motion_mode::{MotionModeDetector, MotionModeParams};
 use drivescope_estimation::orientation::{Orientation, OrientationParams, Variant};
 use drivescope_estimation::registry::{ESTIMATORS, run_by_name};
 use drivescope_import::{CsvReader, open_table};
@@ -182,6 +184,10 @@ fn bench(clock: &impl Fn() -> f64, rounds: usize) -> Result<Report, String> {
         let samples = filter_steps::<Orientation>(clock, &drive, &params, rounds)?;
         entries.push(Entry { name: format!("filter alone, orientation {}", variant.name()), unit: "ns", samples });
     }
+    let modes = filter_steps::<MotionModeDetector>(clock, &drive, &MotionModeParams::default(), rounds)?;
+    entries.push(Entry { name: "filter alone, motion_mode".into(), unit: "ns", samples: modes });
+    let land = filter_steps::<LandIns>(clock, &drive, &LandInsParams::default(), rounds)?;
+    entries.push(Entry { name: "filter alone, land_ins".into(), unit: "ns", samples: land });
     entries.extend(navigation::entries(clock, &drive, rounds)?);
     let together = (0..rounds).map(|_| {
         let (time, outcome) = timed(clock, || estimate_all(&drive));

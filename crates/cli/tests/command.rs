@@ -54,6 +54,32 @@ fn a_run_writes_its_columns_and_its_metrics() {
     assert!(metrics["score"]["consistency"].as_array().unwrap().len() > 1);
 }
 
+/// Catches labels that are read but not held against, and a broken file that is passed over.
+#[test]
+fn a_run_is_held_against_labels_painted_by_hand() {
+    let folder = Folder::new("labels");
+    let (log, out, metrics) = (folder.file("log.csv", log()), folder.path("out.csv"), folder.path("metrics.json"));
+    let run = |labels: &str| {
+        let mode =
+            ["run", &log, "--estimator", "motion_mode", "--out", &out, "--metrics", &metrics, "--labels", labels];
+        drivescope(&mode)
+    };
+    // The log drives straight on from its first row.
+    for (name, text) in [
+        ("l.csv", "t,truth_mode\n0,1\n3,2\n4.5,\n"),
+        ("l.json", r#"[{"time":0,"mode":1},{"time":3,"mode":2},{"time":4.5,"mode":null}]"#),
+    ] {
+        let done = run(&folder.file(name, text));
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let metrics: serde_json::Value = serde_json::from_str(&fs::read_to_string(&metrics).unwrap()).unwrap();
+        assert_eq!(metrics["score"]["mode"]["confusion"][1][1], 300, "{metrics:#}");
+        assert_eq!(metrics["score"]["mode"]["confusion"][2][1], 150, "{metrics:#}");
+    }
+    let refused = run(&folder.file("bad.csv", "t,truth_mode\n0,1\n2,9\n"));
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("row 3"));
+}
+
 #[test]
 fn every_bad_input_is_one_sentence_with_exit_status_2_and_leaves_nothing_behind() {
     let folder = Folder::new("bad");

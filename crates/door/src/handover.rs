@@ -15,13 +15,15 @@ impl Handover {
     /// Take a drive apart; `report` is what the reader says about it, undefined for a drive that was simulated.
     pub fn new(drive: Drive, report: JsValue) -> Self {
         let (head, parts) = parts(drive);
-        let vehicle = head.vehicle.map_or(JsValue::UNDEFINED, |v| Float64Array::from(v.as_slice()).into());
+        let numbers = |n: Option<Vec<f64>>| n.map_or(JsValue::UNDEFINED, |v| Float64Array::from(v.as_slice()).into());
+        let (vehicle, disk) = (numbers(head.vehicle), numbers(head.disk));
         let head = Array::of5(&head.name.into(), &vehicle, &head.rear_axle.into(), &head.unix_zero.into(), &report);
+        head.push(&disk);
         Self { head, parts }
     }
 
     /// What the drive says besides its columns: name, parameters of the car, rear axle (m), Unix time of `t = 0` (s), each
-    /// undefined where it says nothing; then the report.
+    /// undefined where it says nothing; then the report, and the disk's numbers.
     pub fn head(&self) -> Array {
         self.head.clone()
     }

@@ -226,8 +226,12 @@ pub trait Params: Default + Clone {
 
     /// All values as a JSON object.
     fn to_json(&self) -> Value {
-        let entries = Self::SPECS.iter().enumerate().map(|(i, s)| (s.name.to_string(), self.get(i).to_json()));
-        Value::Object(entries.collect::<Map<_, _>>())
+        // One by one: collecting into a map sorts first, with code of its own.
+        let mut map = Map::new();
+        for (i, spec) in Self::SPECS.iter().enumerate() {
+            map.insert(spec.name.to_string(), self.get(i).to_json());
+        }
+        Value::Object(map)
     }
 
     /// Check every value against its declaration.

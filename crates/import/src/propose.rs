@@ -10,6 +10,7 @@ use crate::error::ImportError;
 use crate::evidence::{Draft, Settled};
 use crate::mapping::{MAPPING_VERSION, Mapping, SignalSource};
 use crate::names::{self, signal, time_name};
+use crate::order::sort_by;
 use crate::table::{RawColumn, Table};
 use crate::units;
 
@@ -135,7 +136,7 @@ fn choose(
             Err(reason) => reasons[index] = Some(reason),
         }
     }
-    open.sort_by_key(|(index, m)| (m.rank, *index));
+    sort_by(&mut open, |a, b| (a.1.rank, a.0).cmp(&(b.1.rank, b.0)));
     for (index, found) in open {
         if chosen.iter().any(|c| c.column == index) {
             continue;
@@ -156,7 +157,7 @@ fn choose(
             unused.push(Unused { column: column.name.clone(), reason });
         }
     }
-    chosen.sort_by_key(|c| c.column);
+    sort_by(&mut chosen, |a, b| a.column.cmp(&b.column));
     chosen
 }
 

@@ -1,12 +1,26 @@
 //! The calls of JavaScript.
 
 use drivescope_door::{Handover, Progress, plain, sentence};
-use drivescope_import::Mapping;
+use drivescope_import::{Format, ImportError, Keep, Mapping, Offer, Opening, Source, open_log};
 use js_sys::{Array, Date};
 use wasm_bindgen::prelude::*;
 use web_sys::File;
 
-use crate::reading::Reading;
+use crate::dropped::Dropped;
+
+/// What a dropped file is to the others: `database` says what the frames of a bus log mean, `bus` may be or hold a bus
+/// log, `log` needs none.
+#[wasm_bindgen]
+pub fn role(file: File) -> Result<String, JsError> {
+    let name = file.name();
+    let format = Dropped::new(file).format().map_err(|e| JsError::new(&format!("{name}: {e}")))?;
+    let role = match format {
+        Format::Dbc => "database",
+        Format::Blf | Format::Asc | Format::Candump | Format::Mdf4 | Format::Gzip | Format::Zip => "bus",
+        _ => "log",
+    };
+    Ok(role.into())
+}
 
 /// Reads files. Lives in the worker of the session.
 #[wasm_bindgen]
@@ -14,6 +28,15 @@ use crate::reading::Reading;
 pub struct Reader {
     reading: Option<Reading>,
     read: Option<Handover>,
+    offer: Option<Offer>,
+}
+
+/// Files that are being read.
+struct Reading {
+    opening: Opening,
+    mapping: Option<Mapping>,
+    /// Nothing is left to read.
+    is_read: bool,
 }
 
 #[wasm_bindgen]
@@ -24,31 +47,37 @@ impl Reader {
         Self::default()
     }
 
-    /// Start reading a dropped log, perhaps with its raw ranges; `mapping` is the text of a saved mapping, undefined
-    /// lets the reader propose one.
-    pub fn begin(&mut self, mut files: Vec<File>, mapping: Option<String>) -> Result<(), JsError> {
+    /// Start reading dropped files, which are one drive; `mapping` is the text of a saved mapping, undefined lets the
+    /// reader propose one; `keep` says as JSON what is read of a large file ([`Keep`]), undefined all of it.
+    pub fn begin(&mut self, files: Vec<File>, mapping: Option<String>, keep: Option<String>) -> Result<(), JsError> {
         self.cancel();
         let mapping = mapping.map(|text| Mapping::from_json(&text, "mapping.json")).transpose().map_err(sentence)?;
-        let file = files.pop().ok_or_else(|| JsError::new("no file was given; drop one log"))?;
-        self.reading = Some(Reading::new(file, mapping, files));
+        let sources = files.into_iter().map(|f| -> Box<dyn Source> { Box::new(Dropped::new(f)) }).collect();
+        let mut opening = Opening::new(sources).map_err(sentence)?;
+        if let Some(keep) = keep {
+            opening.keep(serde_json::from_str::<Keep>(&keep).map_err(sentence)?);
+        }
+        self.reading = Some(Reading { opening, mapping, is_read: false });
         Ok(())
     }
 
-    /// Go on reading for about `budget_ms`; at the end the drive can be taken as its head and its parts.
+    /// Go on reading for about `budget_ms`; at the end the drive can be taken as its head and its parts. An error ends it.
     pub fn read_some(&mut self, budget_ms: f64) -> Result<JsValue, JsError> {
         let deadline = Date::now() + budget_ms;
         let Some(mut reading) = self.reading.take() else { return Err(JsError::new("nothing is being read")) };
-        while reading.step()? {
-            if Date::now() >= deadline {
-                let progress =
-                    Progress { done: false, fraction: reading.fraction(), stage: "reading", rows: reading.rows() };
+        while !reading.is_read {
+            reading.is_read = !reading.opening.step().map_err(|e| self.refused(&e))?;
+            if reading.is_read || Date::now() >= deadline {
+                let progress = reading.opening.progress();
+                let stage = if reading.is_read { "mapping" } else { "reading" };
                 self.reading = Some(reading);
-                return plain(&progress);
+                return plain(&Progress { done: false, fraction: progress.fraction, stage, rows: progress.rows });
             }
         }
-        let (drive, report) = reading.finish()?;
+        let log = reading.opening.finish().map_err(sentence)?;
+        let (drive, report) = open_log(log, reading.mapping.as_ref()).map_err(sentence)?;
         self.read = Some(Handover::new(drive, plain(&report)?));
-        plain(&Progress { done: true, fraction: 1.0, stage: "reading", rows: report.rows })
+        plain(&Progress { done: true, fraction: 1.0, stage: "mapping", rows: report.rows })
     }
 
     /// What the drive says besides its columns: name, parameters of the car, rear axle (m), Unix time of `t = 0` (s), each
@@ -68,8 +97,22 @@ impl Reader {
         part
     }
 
+    /// What would make the file fit that was refused for its size: columns, seconds, every nth row; undefined otherwise.
+    pub fn offer(&self) -> Result<JsValue, JsError> {
+        self.offer.as_ref().map_or(Ok(JsValue::UNDEFINED), plain)
+    }
+
     /// Give up what is being read or was read.
     pub fn cancel(&mut self) {
-        (self.reading, self.read) = (None, None);
+        (self.reading, self.read, self.offer) = (None, None, None);
+    }
+}
+
+impl Reader {
+    fn refused(&mut self, error: &ImportError) -> JsError {
+        if let ImportError::TooLarge { offer, .. } = error {
+            self.offer = Some(*offer);
+        }
+        sentence(error)
     }
 }

@@ -7,6 +7,7 @@
 #[cfg(feature = "compass")]
 mod compass;
 mod faults;
+mod motion;
 mod opening;
 mod outages;
 mod profile;

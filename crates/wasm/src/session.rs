@@ -68,7 +68,7 @@ impl Session {
     }
 
     /// Start on a drive that another module has read or simulated: what it says besides its columns, then what was found in
-    /// its file, undefined for a simulation. Its parts follow; [`Session::end_parts`] puts it in place.
+    /// its file, undefined for a simulation; then its six-accelerometer disk, if it has one that is not as drawn. Its parts follow; [`Session::end_parts`] puts it in place.
     pub fn begin_parts(
         &mut self,
         name: String,
@@ -76,8 +76,9 @@ impl Session {
         rear_axle: Option<f64>,
         unix_zero: Option<f64>,
         report: JsValue,
+        disk: Option<Vec<f64>>,
     ) -> Result<(), JsError> {
-        self.opening = Some(Opening::new(Head { name, vehicle, rear_axle, unix_zero }, report)?);
+        self.opening = Some(Opening::new(Head { name, vehicle, rear_axle, unix_zero, disk }, report)?);
         Ok(())
     }
 
@@ -198,7 +199,7 @@ impl Session {
     /// The value of a column at a time, between samples on the straight line; NaN if there is none.
     pub fn value_at(&self, source: &str, column: &str, t: f64) -> f64 {
         let Some((series, index)) = self.column(source, column) else { return f64::NAN };
-        if matches!(column, "mode" | "gate" | "gate_reason") || source == "road:lamps" {
+        if matches!(column, "mode" | "rule" | "gate" | "gate_reason") || source == "road:lamps" {
             held(series, column, t)
         } else {
             series.interpolate(index, t, visible_gap(series))
@@ -267,7 +268,7 @@ impl Session {
         self.slots.get(estimator).ok_or_else(|| unknown(estimator))
     }
 
-    fn series(&self, source: &str) -> Option<&Series> {
+    pub(crate) fn series(&self, source: &str) -> Option<&Series> {
         if source == "truth" {
             return Some(&self.drive.truth);
         }

@@ -40,7 +40,8 @@ fn run(session: &mut Session, estimator: &str, params: &str) -> Result<(), Strin
 fn built_in() -> Session {
     let (head, parts) = parts(simulate(&named(drives()[0].name).unwrap(), None).unwrap());
     let mut session = Session::new();
-    let opened = session.begin_parts(head.name, head.vehicle, head.rear_axle, head.unix_zero, JsValue::UNDEFINED);
+    let opened =
+        session.begin_parts(head.name, head.vehicle, head.rear_axle, head.unix_zero, JsValue::UNDEFINED, head.disk);
     opened.map_err(text).unwrap();
     for Part { name, time, columns } in parts {
         let (names, columns) = columns.iter().map(|(n, c)| (n.to_string(), Float64Array::from(c.as_slice()))).unzip();
@@ -51,7 +52,7 @@ fn built_in() -> Session {
 }
 
 fn begin(session: &mut Session, name: &str, report: JsValue) {
-    session.begin_parts(name.into(), None, None, None, report).map_err(text).unwrap();
+    session.begin_parts(name.into(), None, None, None, report, None).map_err(text).unwrap();
 }
 
 /// A part at 100 Hz whose columns are constant.

@@ -1,16 +1,22 @@
 /** English. Texts that the core writes (parameter descriptions, errors) come from there and are shown as they are. */
 
 import type { RoomName } from '../room-names';
+import { files } from './files';
 import { axis } from './axis';
 import { compass, gate, variants } from './magnetic';
+import { loops } from './loops';
+import { motion } from './motion';
 import { road } from './road';
 
 export const en = {
+  files,
   variants,
   gate,
   compass,
   axis,
   road,
+  loops,
+  motion,
   name: 'Drivescope',
   header: {
     drive: 'Drive',
@@ -109,21 +115,19 @@ export const en = {
     dismiss: 'Dismiss',
     dead: (reason: string) => `The estimating core stopped unexpectedly (${reason}). Reload the page to go on.`,
     worker: 'The estimating core could not be loaded. Reload the page.',
-    readers: (name: string) => `${name}: what reads files could not be loaded. Look at the connection and open the file again.`,
-    mappingJson: (name: string, reason: string) => `${name}: expected a column mapping as JSON, found ${reason}`,
-    mappingAlone: (name: string) => `${name}: a mapping alone opens nothing; drop it together with its log`,
     runFailed: (title: string, reason: string) => `${title}: ${reason}`,
   },
   drop: {
     title: 'Drop to open',
-    hint: 'A CSV log, alone or with its mapping (JSON) and its raw GNSS (CSV), or a drive to simulate (JSON). Nothing leaves this computer.',
+    hint: 'A log of any format (CSV, MDF 4, BLF, MCAP, NMEA and more), or several files or a folder of one drive, with the DBC of a bus log, a mapping (JSON), raw GNSS (CSV); or a drive to simulate (JSON). Nothing leaves this computer.',
   },
   rooms: {
     label: 'Rooms',
-    names: { overview: 'Overview', road: 'Road and forces' } satisfies Record<RoomName, string>,
+    names: { overview: 'Overview', road: 'Road and forces', motion: 'Motion' } satisfies Record<RoomName, string>,
     about: {
       overview: 'Attitude, slope and motion mode',
       road: 'Slope, grade, body pitch, longitudinal acceleration and tyre forces',
+      motion: 'Motion mode and why it was decided, labels, aids of land navigation, detectors of rest, the six-accelerometer sensor',
     } satisfies Record<RoomName, string>,
     failed: (name: string) => `The room ${name} could not be loaded. Check the network and choose it again.`,
   },
@@ -324,7 +328,7 @@ export const en = {
       ['+ −', 'zoom in or out about the cursor'],
       ['0', 'show the whole drive'],
       ['[ ]', 'move what is shown'],
-      ['1 2 3 5', 'go to a view of the room that is open, from top to bottom'],
+      ['1 2 3 5 6', 'go to a view of the room that is open, from top to bottom'],
       ['4', 'go to the trajectory'],
       ['V', 'the next room: overview, road, …'],
       ['X', 'plots over time or over distance'],
@@ -332,6 +336,7 @@ export const en = {
       ['Ctrl+Z, Ctrl+Shift+Z', 'undo or redo a parameter'],
       ['D', 'choose a built-in drive'],
       ['G', 'the gallery of papers'],
+      ['C', 'closed loops: control of a car'],
       ['O', 'open a log'],
       ['?', 'this page'],
       ['Esc', 'close'],

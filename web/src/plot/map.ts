@@ -2,7 +2,7 @@
 
 import { formatSignificant } from '../units';
 import { t } from '../messages';
-import { Canvas } from './mode-strip';
+import { Canvas } from './strip';
 import { modeColour, palette } from './palette';
 
 /** Columns of a path as the core gives it. */

@@ -167,6 +167,16 @@ export class TimePlot {
     this.#plot.setSize({ width, height });
   }
 
+  /** The height of a displayed value below the plot's top, CSS px. */
+  heightOf(value: number): number {
+    return this.#plot.valToPos(value, 'y') + this.#plot.bbox.top / uPlot.pxRatio;
+  }
+
+  /** The displayed value at a height below the plot's top, CSS px. */
+  valueAt(height: number): number {
+    return this.#plot.posToVal(height - this.#plot.bbox.top / uPlot.pxRatio, 'y');
+  }
+
   get canvas(): HTMLCanvasElement {
     return this.#plot.ctx.canvas;
   }

@@ -4,7 +4,7 @@ import { h } from '../dom';
 import { t } from '../messages';
 import { LEFT, RIGHT } from '../plot/axes';
 import { shareOf } from '../plot/axis';
-import { Canvas, type Stretch, stretches } from '../plot/mode-strip';
+import { Canvas, type Stretch, stretches } from '../plot/strip';
 import { palette } from '../plot/palette';
 import { TimeArea } from '../plot/time-area';
 import type { Session } from '../session';

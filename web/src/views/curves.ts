@@ -17,6 +17,8 @@ export interface CurveSpec {
   sigma?: string;
   style: CurveStyle;
   isOn: boolean;
+  /** What is drawn is the value without its sign. */
+  isMagnitude?: boolean;
 }
 
 /** A plot of one quantity. */

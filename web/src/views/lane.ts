@@ -172,8 +172,8 @@ export class Lane {
       const data = fetched.curves.find((f) => f.curve === curve);
       if (!data || data.values.length === 0) return { line: [], isShown: false, isBandShown: false };
       const sign = axisSign(curve.column, display);
-      const shown = (value: number): number => convert(quantity, sign * value, display);
-      let line = withGaps(data.values, this.spec.isLog ? (v) => (v > 0 ? shown(v) : Number.NaN) : shown);
+      const shown = (value: number): number => convert(quantity, sign * (curve.isMagnitude ? Math.abs(value) : value), display);
+      let line = withGaps(data.values, this.spec.isLog ? (v) => (shown(v) > 0 ? shown(v) : Number.NaN) : shown);
       if (this.spec.isCircular) line = breakTurns(line, convert(quantity, Math.PI, display));
       const isShown = curve.isOn;
       if (!data.sigmas || data.sigmas.length === 0) return { line, isShown, isBandShown: false };
@@ -193,7 +193,8 @@ export class Lane {
         entry.value.textContent = '';
         continue;
       }
-      const value = convert(quantity, axisSign(entry.curve.column, display) * found.value, display);
+      const signed = entry.curve.isMagnitude ? Math.abs(found.value) : axisSign(entry.curve.column, display) * found.value;
+      const value = convert(quantity, signed, display);
       const digits = digitsOf(quantity, display);
       let text = isLog ? formatSignificant(value) : formatFixed(value, digits);
       const reach = convertDifference(quantity, 3 * found.sigma, display);

@@ -4,7 +4,7 @@ import { h, icon, iconButton } from '../dom';
 import { t } from '../messages';
 import { LEFT, RIGHT } from '../plot/axes';
 import { axis, shareOf, timeAt } from '../plot/axis';
-import { Canvas, stretches, type Stretch } from '../plot/mode-strip';
+import { Canvas, stretches, type Stretch } from '../plot/strip';
 import { modeColour, palette } from '../plot/palette';
 import type { Session } from '../session';
 import type { Store } from '../state';

@@ -4,8 +4,8 @@ import type { Door, Progress } from '../door';
 import init, { Session } from '../generated/drivescope_wasm.js';
 import { type DrivesDoor, loadDrives } from './drives';
 import { Making } from './making';
-import { type ReaderDoor, readers } from './readers';
-import type { FromWorker, Operations, Request, ToWorker } from './rpc';
+import { type FileReaders, readers } from './readers';
+import { type FromWorker, type Operations, type Request, TooLarge, type ToWorker } from './rpc';
 
 /** Milliseconds of work between two looks at the messages. */
 const BUDGET = 30;
@@ -42,7 +42,7 @@ function fail(id: number, reason: unknown): void {
     return;
   }
   const message = reason instanceof Error ? reason.message : String(reason);
-  post({ id, ok: false, message, cancelled: false });
+  post({ id, ok: false, message, cancelled: false, ...(reason instanceof TooLarge ? { offer: reason.offer } : {}) });
 }
 
 function runJob(door: Door, { id, args }: Request<'run'>): Job {
@@ -56,7 +56,7 @@ function runJob(door: Door, { id, args }: Request<'run'>): Job {
     begin: () => door.begin_run(estimator, params, vehicle ?? undefined),
     some: () => door.run_some(estimator, BUDGET),
     cancel: () => door.cancel_run(estimator),
-    finish: () => ({
+    finish: () => ((hasEstimated = true), {
       current: door.result(estimator, 'current'),
       previous: door.result(estimator, 'previous'),
       change: door.change(estimator),
@@ -106,7 +106,7 @@ function openJob(door: Door, drives: DrivesDoor, { id, args }: Request<'open'>):
 
 /** The job is there at once, so that it can be cancelled and overtaken, and waits for the readers. */
 function filesJob(door: Door, drives: DrivesDoor, id: number, args: Dropped): Job {
-  let reader: ReaderDoor | null = null;
+  let reader: FileReaders | null = null;
   let making: Making | null = null;
   const job: Job = {
     id,
@@ -117,7 +117,7 @@ function filesJob(door: Door, drives: DrivesDoor, id: number, args: Dropped): Jo
     begin: () => {
       resumable = null;
       drives.cancel();
-      reader?.begin(args.files, args.mapping ?? undefined);
+      reader?.begin(args.files, args.mapping ?? undefined, args.keep);
     },
     some: () => {
       if (!making) throw new Error('the readers are not there');
@@ -177,10 +177,13 @@ function schedule(): void {
 }
 
 let idle: ReturnType<typeof setTimeout> | undefined;
+/** Whether something has been estimated: before, a pause is only that of a slow opening. */
+let hasEstimated = false;
 
 /** Load the readers once nothing was to be done for a while. A failure is told when a file comes. */
 function loadWhenIdle(): void {
   clearTimeout(idle);
+  if (!hasEstimated) return;
   idle = setTimeout(() => {
     if (jobs.length === 0) readers().catch(() => undefined);
   }, IDLE);
@@ -243,6 +246,12 @@ const answers: {
     const driven = door.distance(source, column, t0, t1, count);
     return [driven, [driven.buffer]];
   },
+  decisions: (door, { source }) => [door.decisions(source), []],
+  labels_paint: (door, { labels, from, to, mode }) => [door.labels_paint(labels, from, to, mode), []],
+  labels_score: (door, { source, labels }) => [door.labels_score(source, labels), []],
+  disk_rests: (door, { shortest }) => [door.disk_rests(shortest), []],
+  disk_calibrate: (door, { poses }) => [door.disk_calibrate(poses), []],
+  disk_apply: (door, { numbers }) => [door.disk_apply(numbers), []],
   grid: (door, { items, t0, t1, buckets }) => {
     const times = door.grid_times(t0, t1, buckets);
     const columns = items.map((i) => door.grid(i.source, i.column, t0, t1, buckets, i.step));

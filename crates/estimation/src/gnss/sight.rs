@@ -42,9 +42,14 @@ pub fn is_usable(satellite: &Satellite) -> bool {
 
 /// The satellites of an instant that can be used, each number once.
 pub fn usable(satellites: &[Satellite]) -> impl Iterator<Item = &Satellite> {
+    usable_but(satellites, 0).map(|(_, s)| s)
+}
+
+/// The same without those left out: a bit for each index.
+pub fn usable_but(satellites: &[Satellite], left_out: u64) -> impl Iterator<Item = (usize, &Satellite)> {
     (satellites.iter().enumerate().take(MOST_SATELLITES))
         .filter(|(k, s)| is_usable(s) && !satellites[..*k].iter().any(|earlier| earlier.prn == s.prn))
-        .map(|(_, s)| s)
+        .filter(move |(k, _)| left_out & (1 << k) == 0)
 }
 
 /// The normal matrix of ranges: rows `[-e, 1]` of position and clock.

@@ -22,17 +22,21 @@ pub mod measurement;
 pub mod ranging;
 pub mod running;
 pub mod smoother;
+pub mod standing;
 pub mod state;
 pub mod store;
 mod tuning;
+pub mod watch;
 
 #[cfg(test)]
 mod case_tests;
 #[cfg(test)]
 mod consistency_tests;
+#[cfg(test)]
+mod honesty_tests;
 
 use drivescope_drive::channel::Channel;
-use drivescope_drive::drive::{Epoch, LogStart, Signal};
+use drivescope_drive::drive::{Drive, Epoch, LogStart, Signal};
 use drivescope_drive::geodesy::LocalFrame;
 use drivescope_drive::satellites::Satellite;
 use drivescope_drive::vehicle::VehicleParams;
@@ -43,8 +47,9 @@ use self::estimate::{Sigmas, Verdicts};
 pub use self::fix::{Fix, NOMINAL_ORIGIN};
 use self::inertial::{Hold, Sample};
 pub use self::known_start::KnownStart;
-use self::running::{Aids, Running, STANDING_SPEED};
+use self::running::{Aids, Running};
 use self::smoother::Pass;
+use self::standing::{Rolling, Standing};
 use self::store::Store;
 pub use self::tuning::{Coupling, GnssInsParams, Gravity, Smoother, Tuning};
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
@@ -72,7 +77,8 @@ pub struct GnssIns {
     hold: Hold,
     last_time: Option<f64>,
     oldest_aid: f64,
-    speed: Option<(f64, f64)>,
+    speed_time: Option<f64>,
+    standing: Standing,
     ground_speed: Option<(f64, f64)>,
     fix: Option<(f64, Fix)>,
     ranges: Vec<Satellite>,
@@ -109,7 +115,8 @@ impl Estimator for GnssIns {
             hold: Hold::default(),
             last_time: None,
             oldest_aid: (2.0 * step).max(0.1),
-            speed: None,
+            speed_time: None,
+            standing: Standing::default(),
             ground_speed: None,
             fix: None,
             ranges: Vec::new(),
@@ -120,6 +127,11 @@ impl Estimator for GnssIns {
             revision: None,
             notices: Notices::default(),
         }
+    }
+
+    fn look_ahead(&mut self, drive: &Drive) {
+        let speeds = drive.wheels.iter().map(|(_, wheels)| wheels.forward_speed());
+        speeds.filter(|speed| speed.is_finite()).for_each(|speed| self.standing.learn(speed));
     }
 
     fn step(&mut self, epoch: &Epoch) -> Result<Option<GnssInsEstimate>, EstimatorError> {
@@ -137,6 +149,7 @@ impl Estimator for GnssIns {
             self.notices.add("inertial sample that is not later than the one before skipped", epoch.time);
             return Ok(None);
         }
+        self.standing.sample(&sample.accel, dt, self.tuning.params.accel_noise);
         let ranges = std::mem::take(&mut self.ranges);
         let aids = self.take_aids(epoch.time, dt, &ranges);
         let is_running = match self.phase {
@@ -222,7 +235,8 @@ impl GnssIns {
     /// Keep what an epoch says besides the inertial sample.
     fn receive(&mut self, epoch: &Epoch) {
         if let Some(speed) = epoch.wheels.map(|w| w.forward_speed()).filter(|v| v.is_finite()) {
-            self.speed = Some((epoch.time, speed));
+            self.speed_time = Some(epoch.time);
+            self.standing.odometer(speed);
         }
         if let Some(ranges) = epoch.raw_gnss.filter(|_| self.tuning.params.coupling == Coupling::Tight) {
             self.ranges.clear();
@@ -247,24 +261,23 @@ impl GnssIns {
 
     /// What is young enough to be used at an inertial sample at `time`, `dt` s after the one before.
     fn take_aids<'a>(&mut self, time: f64, dt: f64, ranges: &'a [Satellite]) -> Aids<'a> {
-        let speed = self.speed.filter(|(at, _)| time - at < dt.max(1e-9)).map(|(_, speed)| speed);
+        let rolling = self.speed_time.filter(|at| time - at < dt.max(1e-9)).map(|_| self.standing.rolling());
         let fix = self.fix.take().map(|(at, fix)| (fix, time - at));
         let oldest = self.oldest_aid;
         if fix.is_some_and(|(_, age)| age > oldest) {
             self.notices.add("satellite fix inside a hole of the inertial data dropped", time);
         }
         let ranges = self.ranges_time.take().map(|at| (ranges, time - at)).filter(|(_, age)| *age <= oldest);
-        Aids { speed, fix: fix.filter(|(_, age)| *age <= oldest), ranges }
+        Aids { rolling, fix: fix.filter(|(_, age)| *age <= oldest), ranges }
     }
 
     /// Whether the car stands: by odometer, else by satellites; `None` if neither says.
     fn stands(&self, time: f64) -> Option<bool> {
-        let recent = |seen: Option<(f64, f64)>| seen.filter(|(at, _)| time - at < STALE).map(|(_, speed)| speed);
-        if let Some(speed) = recent(self.speed) {
-            return Some(speed.abs() < STANDING_SPEED);
+        if self.speed_time.is_some_and(|at| time - at < STALE) {
+            return Some(matches!(self.standing.rolling(), Rolling::Standing | Rolling::Slower(_)));
         }
         // Ten sigma of a satellite velocity would be 1 m/s; a creeping car is not levelled on.
-        recent(self.ground_speed).map(|speed| speed < 0.5)
+        self.ground_speed.filter(|(at, _)| time - at < STALE).map(|(_, speed)| speed < 0.5)
     }
 
     /// Use a sample for alignment. Returns whether the filter began before it, so that it has to be stepped.
@@ -272,7 +285,7 @@ impl GnssIns {
         let stands = self.stands(time);
         let Phase::Aligning(alignment) = &mut self.phase else { return true };
         let gravity = self.gravity.unwrap_or(GravityModel::Wgs84);
-        let is_quiet = self.speed.is_some() || alignment.is_quiet(&sample.accel, &sample.gyro);
+        let is_quiet = self.speed_time.is_some() || alignment.is_quiet(&sample.accel, &sample.gyro);
         if stands.unwrap_or(true) && is_quiet {
             alignment.rest(time, sample.accel, sample.gyro, stands.is_some());
             if alignment.duration(time) + 1e-9 >= self.tuning.params.align_time
@@ -294,7 +307,7 @@ impl GnssIns {
             return true;
         }
         alignment.reset();
-        let is_reversing = aids.speed.is_some_and(|v| v < 0.0);
+        let is_reversing = aids.is_reversing();
         let start = aids.fix.and_then(|(fix, _)| alignment::moving_start(&fix, is_reversing, &self.tuning, gravity));
         if let Some(start) = start {
             self.notices
