@@ -15,6 +15,13 @@ pub struct Faults {
     good: Option<Box<Drive>>,
 }
 
+impl Faults {
+    /// The drive without its faults; `None` where it has none.
+    pub fn good(&self) -> Option<&Drive> {
+        self.good.as_deref()
+    }
+}
+
 #[wasm_bindgen]
 impl Session {
     /// Put faults into the drive in place of those that are in it; objects as `drive::fault::Fault` reads them, an empty list for

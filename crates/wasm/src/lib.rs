@@ -4,11 +4,9 @@
 //! objects, columns as fresh `Float64Array`s that JavaScript owns. No view into wasm memory outlives a call. No arithmetic
 //! happens here.
 
-#[cfg(feature = "compass")]
 mod compass;
 mod faults;
 mod motion;
-mod opening;
 mod outages;
 mod profile;
 mod reports;

@@ -1,18 +1,14 @@
-//! What the room of motion asks besides runs: the decisions of the mode, labels painted by hand, and the calibration of the
-//! six-accelerometer disk.
+//! What the room of motion asks besides runs: the decisions of the mode, labels painted by hand, and as what the
+//! six-accelerometer disk is read.
 
-use drivescope_door::{plain, sentence};
+use drivescope_door::plain;
 use drivescope_drive::disk::Disk;
-use drivescope_estimation::gyro_free::calibration::{NOT_OBSERVABLE, Pose, calibrate, rests};
 use drivescope_estimation::motion_mode::decisions::changes;
 use drivescope_estimation::score::labels::Labels;
 use js_sys::Float64Array;
 use wasm_bindgen::prelude::*;
 
 use crate::session::Session;
-
-/// Numbers of a pose: three of specific force, six means.
-const POSE: usize = 9;
 
 #[wasm_bindgen]
 impl Session {
@@ -43,18 +39,6 @@ impl Session {
         plain(&self.series(source).and_then(|series| labels.score_series(series, "mode")))
     }
 
-    /// The stretches of at least `shortest` s in which the disk lay still, with the pose that each seems to mean.
-    pub fn disk_rests(&self, shortest: f64) -> Result<JsValue, JsError> {
-        plain(&rests(&self.drive, &Disk::default(), shortest))
-    }
-
-    /// Calibrate the disk from poses, nine numbers each: specific force, then the six means (m/s^2).
-    pub fn disk_calibrate(&self, poses: &[f64]) -> Result<JsValue, JsError> {
-        let poses: Vec<Pose> = poses.chunks_exact(POSE).map(pose).collect();
-        let found = calibrate(&Disk::default(), &poses).map_err(sentence)?;
-        plain(&(&found, found.disk.numbers(), NOT_OBSERVABLE))
-    }
-
     /// Read the drive's disk as one of these 42 numbers; without numbers as it is drawn. What it was read as comes back,
     /// empty for the drawing.
     pub fn disk_apply(&mut self, numbers: &[f64]) -> Float64Array {
@@ -66,8 +50,4 @@ impl Session {
 fn read(labels: &[f64]) -> Labels {
     let (times, modes) = labels.split_at(labels.len() / 2);
     Labels::from_rows(times, modes)
-}
-
-fn pose(numbers: &[f64]) -> Pose {
-    Pose { force: std::array::from_fn(|k| numbers[k]), mean: std::array::from_fn(|k| numbers[3 + k]) }
 }

@@ -1,6 +1,6 @@
 //! The calls of JavaScript.
 
-use drivescope_door::{Progress, plain, sentence};
+use drivescope_door::{Arrival, Arrived, Progress, plain, sentence};
 use drivescope_drive::channel::Series;
 use drivescope_drive::csv::{write_drive, write_series};
 use drivescope_drive::decimate::{Grid, sample_rows, visible_gap};
@@ -15,7 +15,6 @@ use serde_json::Value;
 use wasm_bindgen::prelude::*;
 
 use crate::faults::Faults;
-use crate::opening::{Opened, Opening};
 use crate::reports::{Catalogue, DriveReport};
 use crate::runs::{Slot, Slots, estimator_of};
 
@@ -26,13 +25,12 @@ pub(crate) const EPOCHS: usize = 2000;
 #[wasm_bindgen]
 pub struct Session {
     pub(crate) drive: Drive,
-    #[cfg(feature = "compass")]
     pub(crate) compass: crate::compass::Compass,
     pub(crate) road: crate::profile::Road,
     pub(crate) faults: Faults,
     pub(crate) sweep: Option<Box<Sweep>>,
     report: DriveReport,
-    opening: Option<Opening>,
+    opening: Option<Arrival>,
     pub(crate) slots: Slots,
 }
 
@@ -50,7 +48,6 @@ impl Session {
         let drive = Drive::default();
         let report = DriveReport::new(&drive, None);
         Self {
-            #[cfg(feature = "compass")]
             compass: Default::default(),
             faults: Faults::default(),
             sweep: None,
@@ -78,7 +75,7 @@ impl Session {
         report: JsValue,
         disk: Option<Vec<f64>>,
     ) -> Result<(), JsError> {
-        self.opening = Some(Opening::new(Head { name, vehicle, rear_axle, unix_zero, disk }, report)?);
+        self.opening = Some(Arrival::new(Head { name, vehicle, rear_axle, unix_zero, disk }, report)?);
         Ok(())
     }
 
@@ -247,13 +244,10 @@ impl Session {
 
 impl Session {
     /// Put an opened drive in place; all runs are gone.
-    fn put_in_place(&mut self, opened: Opened) {
+    fn put_in_place(&mut self, opened: Arrived) {
         self.report = DriveReport::new(&opened.drive, opened.report);
         self.drive = opened.drive;
-        #[cfg(feature = "compass")]
-        {
-            self.compass = Default::default();
-        }
+        self.compass = Default::default();
         self.faults = Faults::default();
         self.sweep = None;
         self.slots = Slots::new();
@@ -273,7 +267,6 @@ impl Session {
             return Some(&self.drive.truth);
         }
         let (name, which) = source.split_once(':')?;
-        #[cfg(feature = "compass")]
         if name == "compass" {
             return self.compass.field(which);
         }

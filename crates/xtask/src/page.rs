@@ -28,11 +28,13 @@ pub const DRIVES: Module = Module { package: "drivescope-drives", stem: "drivesc
 /// What the page loads when the gallery of papers is opened.
 pub const GALLERY: Module =
     Module { package: "drivescope-gallery", stem: "drivescope_gallery", folder: "crates/gallery" };
+/// What the page loads to examine the sensors of a drive.
+pub const DOCTOR: Module = Module { package: "drivescope-doctor", stem: "drivescope_doctor", folder: "crates/doctor" };
 /// What the page loads to read files.
 pub const READERS: Module =
     Module { package: "drivescope-readers", stem: "drivescope_readers", folder: "crates/readers" };
 /// All modules of the page.
-pub const MODULES: [&Module; 4] = [&CORE, &DRIVES, &GALLERY, &READERS];
+pub const MODULES: [&Module; 5] = [&CORE, &DRIVES, &DOCTOR, &GALLERY, &READERS];
 
 /// Crates that are built smaller for the page than natively, with their level: CSV is read there a fifth slower for it, and
 /// the readers weigh a tenth less.

@@ -24,10 +24,12 @@ struct Module {
     is_on_demand: bool,
 }
 
-/// The simulated drives are loaded with the core; the gallery when it is opened; the readers when the first file is dropped
+/// The simulated drives are loaded with the core; the gallery when it is opened; the doctor once a whole
+/// drive is there; the readers when the first file is dropped
 /// or the page is idle.
-const MODULES: [Module; 3] = [
+const MODULES: [Module; 4] = [
     Module { name: "drives", mark: "_drives", budget: 145_000, is_on_demand: false },
+    Module { name: "doctor", mark: "_doctor", budget: 110_000, is_on_demand: true },
     Module { name: "gallery", mark: "gallery", budget: 430_000, is_on_demand: true },
     Module { name: "readers", mark: "_readers", budget: 350_000, is_on_demand: true },
 ];

@@ -3,6 +3,7 @@
 export const files = {
   more: (first: string, count: number) => `${first} and ${count} more`,
   unloaded: (name: string) => `${name}: what reads files could not be loaded. Look at the connection and open the file again.`,
+  doctor: (reason: string) => `The sensors could not be examined (${reason}). Look at the connection and try again.`,
   broken: (name: string, reason: string) => `${name}: reading it ended unexpectedly (${reason}), perhaps for want of memory. What was open stays open.`,
   kept: (names: string) => `${names}: a database of bus signals, kept for this session. Open the bus log that it describes: BLF, ASC, candump or MDF 4.`,
   part: {

@@ -36,8 +36,6 @@ export interface MotionDoor {
   decisions(source: string): Float64Array;
   labels_paint(labels: Float64Array, from: number, to: number, mode: number): Float64Array;
   labels_score(source: string, labels: Float64Array): ModeScore | null;
-  disk_rests(shortest: number): Rest[];
-  disk_calibrate(poses: Float64Array): Calibrated;
   disk_apply(numbers: Float64Array): Float64Array;
 }
 

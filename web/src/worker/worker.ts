@@ -2,6 +2,7 @@
 
 import type { Door, Progress } from '../door';
 import init, { Session } from '../generated/drivescope_wasm.js';
+import { loadDoctor, Surgery } from './doctor';
 import { type DrivesDoor, loadDrives } from './drives';
 import { Making } from './making';
 import { type FileReaders, readers } from './readers';
@@ -70,8 +71,9 @@ let resumable: Simulated | null = null;
 type Simulated = Extract<Operations['open']['takes'], { kind: 'simulation' }>;
 type Dropped = Extract<Operations['open']['takes'], { kind: 'files' }>;
 
-/** What an opened drive ends: every run of the one before. */
+/** What an opened drive ends: every run of the one before, and the doctor's examination. */
 function endRuns(): void {
+  surgery.leave();
   jobs.splice(0).forEach((job) => post({ id: job.id, ok: false, message: '', cancelled: true }));
 }
 
@@ -212,13 +214,18 @@ function work(): void {
   schedule();
 }
 
-/** The operations that are answered at once, each with the buffers to hand over. */
+/** An answer with the buffers to hand over. */
+type Answer<T> = [T, Transferable[]];
+
+const surgery = new Surgery(loadDoctor);
+
+/** The operations that are answered at once, or once the doctor is there. */
 const answers: {
   [O in Exclude<keyof Operations, 'open' | 'run'>]: (
     door: Door,
     args: Operations[O]['takes'],
     drives: DrivesDoor,
-  ) => [Operations[O]['gives'], Transferable[]];
+  ) => Answer<Operations[O]['gives']> | Promise<Answer<Operations[O]['gives']>>;
 } = {
   catalogue: (door, _, drives) => [{ ...door.catalogue(), drives: drives.catalogue() }, []],
   sketch: (_, { name }, drives) => {
@@ -229,9 +236,19 @@ const answers: {
   forget_run: (door, { name }) => [(door.forget_run(name), null), []],
   keep_previous: (door, { estimator, keep }) => [(door.keep_previous(estimator, keep), null), []],
   drop_previous: (door, { estimator }) => [(door.drop_previous(estimator), null), []],
-  compass: (door, { year, latitude, longitude, withField }) => [door.compass(year, latitude, longitude, withField), []],
-  compass_apply: (door, { calibration, mountYaw, clock }) => [(door.compass_apply(Float64Array.from([...calibration.offset, ...calibration.distortion]), calibration.kind === 'planar', mountYaw, clock), null), []],
-  compass_undo: (door) => [(door.compass_undo(), null), []],
+  compass: async (door, { year, latitude, longitude, withField }) => [await surgery.compass(door, year, latitude, longitude, withField), []],
+  compass_apply: (door, { calibration, mountYaw, clock }) => {
+    const numbers = [...calibration.offset, ...calibration.distortion];
+    const isPlanar = calibration.kind === 'planar';
+    door.compass_apply(Float64Array.from(numbers), isPlanar, mountYaw, clock);
+    surgery.apply([...numbers, isPlanar ? 1 : 0, mountYaw, clock]);
+    return [null, []];
+  },
+  compass_undo: (door) => {
+    door.compass_undo();
+    surgery.apply([]);
+    return [null, []];
+  },
   profile: (door, { name }) => [door.profile(name), []],
   keep_pass: (door, { name }) => [(door.keep_pass(name), null), []],
   forget_passes: (door) => [(door.forget_passes(), null), []],
@@ -249,8 +266,8 @@ const answers: {
   decisions: (door, { source }) => [door.decisions(source), []],
   labels_paint: (door, { labels, from, to, mode }) => [door.labels_paint(labels, from, to, mode), []],
   labels_score: (door, { source, labels }) => [door.labels_score(source, labels), []],
-  disk_rests: (door, { shortest }) => [door.disk_rests(shortest), []],
-  disk_calibrate: (door, { poses }) => [door.disk_calibrate(poses), []],
+  disk_rests: async (door, { shortest }) => [await surgery.rests(door, shortest), []],
+  disk_calibrate: async (door, { poses }) => [await surgery.calibrate(door, poses), []],
   disk_apply: (door, { numbers }) => [door.disk_apply(numbers), []],
   grid: (door, { items, t0, t1, buckets }) => {
     const times = door.grid_times(t0, t1, buckets);
@@ -283,8 +300,8 @@ self.onmessage = async (event: MessageEvent<ToWorker>) => {
     if (message.op === 'open') enqueue(openJob(door, drives, message as Request<'open'>));
     else if (message.op === 'run') enqueue(runJob(door, message as Request<'run'>));
     else {
-      const answer = answers[message.op] as (door: Door, args: unknown, drives: DrivesDoor) => [unknown, Transferable[]];
-      const [value, transfer] = answer(door, message.args, drives);
+      const answer = answers[message.op] as (door: Door, args: unknown, drives: DrivesDoor) => Answer<unknown> | Promise<Answer<unknown>>;
+      const [value, transfer] = await answer(door, message.args, drives);
       post({ id: message.id, ok: true, value }, transfer);
     }
   } catch (reason) {

@@ -1,13 +1,14 @@
-//! Opening a drive whose parts another module hands over. The open drive stays until this has succeeded.
+//! A drive whose parts another module hands over.
 
-use drivescope_door::sentence;
 use drivescope_drive::drive::Drive;
 use drivescope_drive::parts::{Assembly, Head};
 use js_sys::Float64Array;
 use wasm_bindgen::prelude::*;
 
-/// A drive that has been opened.
-pub struct Opened {
+use crate::sentence;
+
+/// A drive that has come.
+pub struct Arrived {
     /// The drive.
     pub drive: Drive,
     /// What the reader said, with the mapping it used, a plain object; absent for a simulation.
@@ -15,12 +16,12 @@ pub struct Opened {
 }
 
 /// A drive of which parts are still to come.
-pub struct Opening {
+pub struct Arrival {
     assembly: Assembly,
     report: Option<JsValue>,
 }
 
-impl Opening {
+impl Arrival {
     /// Start on the parts of a drive; `report` is what the reader said, undefined or null for a simulation.
     pub fn new(head: Head, report: JsValue) -> Result<Self, JsError> {
         let report = Some(report).filter(|r| !r.is_null() && !r.is_undefined());
@@ -43,7 +44,7 @@ impl Opening {
     }
 
     /// The drive: nothing more comes.
-    pub fn finish(self) -> Opened {
-        Opened { drive: self.assembly.finish(), report: self.report }
+    pub fn finish(self) -> Arrived {
+        Arrived { drive: self.assembly.finish(), report: self.report }
     }
 }
