@@ -9,7 +9,7 @@ struct Bits {
 impl Bits {
     fn put(&mut self, value: u64, count: u32) {
         for i in (0..count).rev() {
-            self.held = self.held << 1 | (value >> i & 1) as u32;
+            self.held = self.held << 1 | (value.checked_shr(i).unwrap_or(0) & 1) as u32;
             self.count += 1;
             if self.count == 8 {
                 self.out.push(self.held as u8);
@@ -71,7 +71,7 @@ pub fn pack(bytes: &[u8]) -> Vec<u8> {
     let groups = symbols.len().div_ceil(50);
     bits.put(2, 3);
     bits.put(groups as u64, 15);
-    (0..groups).for_each(|_| bits.put(0, 1));
+    bits.put(0, groups as u32);
     for _ in 0..2 {
         bits.put(9, 5);
         bits.put(0, end as u32 + 1);
