@@ -67,7 +67,7 @@ const rooms = new Rooms(store, {
     elements: [...views.map((v) => v.element), mode.element],
     pictures: () => [...views, mode].map((v, i) => [['attitude', 'slope', 'mode'][i] ?? '', v.canvases()]),
   }),
-  road: async () => (await import('./views/road')).roadRoom(store, session, history),
+  road: async () => (await import('./road/room')).roadRoom(store, session, history),
   motion: async () => (await import('./motion/room')).motionRoom(store, session, history),
   navigation: async () => (await import('./navigation/room')).navigationRoom(store, session, faults),
 });

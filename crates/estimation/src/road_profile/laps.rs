@@ -1,7 +1,5 @@
 //! A pass that comes back to a place it has been at, cut into passes over the same road.
 
-use std::collections::BTreeMap;
-
 use drivescope_drive::channel::Channel;
 use nalgebra::Vector2;
 
@@ -15,27 +13,62 @@ const SHORTEST: f64 = 150.0;
 /// Cosine of the largest angle between two directions of travel that count as the same.
 const SAME_DIRECTION: f64 = 0.8;
 
+/// Lists of points by the square that they are in, squares that share a list being told apart by distance.
+struct Squares {
+    /// The last point of each list.
+    last: Vec<usize>,
+    /// The point before each point in its list.
+    before: Vec<usize>,
+}
+
+/// No point.
+const NONE: usize = usize::MAX;
+/// Lists of squares.
+const LISTS: i64 = 4096;
+
+impl Squares {
+    /// The list of the square so many squares north and east of a place's own.
+    fn list(place: Vector2<f64>, north: i64, east: i64) -> usize {
+        let (x, y) = ((place.x / SAME).floor() as i64 + north, (place.y / SAME).floor() as i64 + east);
+        (x.wrapping_mul(73).wrapping_add(y)).rem_euclid(LISTS) as usize
+    }
+
+    fn add(&mut self, index: usize, place: Vector2<f64>) {
+        let last = &mut self.last[Self::list(place, 0, 0)];
+        self.before[index] = *last;
+        *last = index;
+    }
+
+    /// Whether a point in or beside the square of a place passes a test.
+    fn any(&self, place: Vector2<f64>, test: impl Fn(usize) -> bool) -> bool {
+        (0..9).any(|k| {
+            let mut at = self.last[Self::list(place, k / 3 - 1, k % 3 - 1)];
+            while at != NONE && !test(at) {
+                at = self.before[at];
+            }
+            at != NONE
+        })
+    }
+}
+
 /// The points where a pass of these places comes back to one that it drove before in the same direction.
 fn returns(path: &Path, distance: &[f64]) -> Vec<usize> {
     let mut cuts = Vec::new();
-    let mut seen: BTreeMap<(i64, i64), Vec<usize>> = BTreeMap::new();
-    let square = |place: Vector2<f64>| ((place.x / SAME).floor() as i64, (place.y / SAME).floor() as i64);
+    let mut seen = Squares { last: vec![NONE; LISTS as usize], before: vec![NONE; path.places.len()] };
     for (index, place) in path.places.iter().enumerate() {
         let (Some(place), Some(&here)) = (*place, distance.get(index)) else { continue };
         let along = heading(&path.places, index);
-        let is_same = |&other: &usize| {
+        let is_same = |other: usize| {
             let (Some(there), before) = (path.places[other], heading(&path.places, other)) else { return false };
             here - distance[other] >= SHORTEST
                 && (there - place).norm() <= SAME
                 && before.dot(&along) > SAME_DIRECTION * before.norm() * along.norm()
         };
-        let (x, y) = square(place);
-        let mut near = (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| (x, y)));
-        if near.any(|square| seen.get(&square).is_some_and(|points| points.iter().any(is_same))) {
+        if seen.any(place, is_same) {
             cuts.push(index);
-            seen.clear();
+            seen.last.fill(NONE);
         }
-        seen.entry(square(place)).or_default().push(index);
+        seen.add(index, place);
     }
     cuts
 }

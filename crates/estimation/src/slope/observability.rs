@@ -23,8 +23,8 @@ pub const TOLERANCE: f64 = 0.02;
 const UNSEEN_SHARE: f64 = 0.005;
 /// Ordinary sizes of the states of the first filter.
 const MOTION_SCALE: [f64; STATES] = [1.0, 1.0, 0.1, 2000.0, 2000.0, 2000.0, 0.1];
-/// Ordinary sizes of the states of the grade filter.
-const GRADE_SCALE: [f64; 6] = [1.0, 0.1, 0.01, 0.1, 0.1, 1.0];
+/// Ordinary sizes of the states of the grade filter; the last is none of them.
+const GRADE_SCALE: [f64; STATES] = [1.0, 0.1, 0.01, 0.1, 0.1, 1.0, 0.0];
 
 const STRAIGHT: &str =
     "on a straight road nothing measures the lateral speed unless the rear-axle aid says that the axle does not slide";
@@ -98,26 +98,27 @@ pub struct Lamp {
     pub why: &'static str,
 }
 
-/// Directions of a state space that the measurements see, orthonormal, the first `rank` of them.
-struct Seen<const N: usize> {
-    basis: [SVector<f64, N>; N],
+/// Directions of a state space of [`STATES`] or fewer that the measurements see, orthonormal, the first `rank` of them.
+struct Seen {
+    basis: [SVector<f64, STATES>; STATES],
     rank: usize,
 }
 
-impl<const N: usize> Seen<N> {
-    /// By Gram and Schmidt with the largest remainder first, over the rows `h A^k T^k / k!` in units of `scale`.
-    fn new(a: &SMatrix<f64, N, N>, rows: &[&Row], scale: &[f64; N]) -> Self {
-        let mut left = Vec::with_capacity(rows.len() * N);
+impl Seen {
+    /// By Gram and Schmidt with the largest remainder first, over the rows `h A^k T^k / k!` in units of `scale`. A state that
+    /// does not exist has a row and a column of zeros.
+    fn new(a: &SMatrix<f64, STATES, STATES>, rows: &[&Row], scale: &[f64; STATES]) -> Self {
+        let mut left = Vec::with_capacity(rows.len() * STATES);
         for row in rows {
-            let mut h = SVector::<f64, N>::zeros();
+            let mut h = SVector::<f64, STATES>::zeros();
             row.iter().for_each(|&(column, value)| h[column] = value);
-            for k in 1..=N {
-                left.push(SVector::<f64, N>::from_fn(|i, _| h[i] * scale[i]));
+            for k in 1..=STATES {
+                left.push(SVector::<f64, STATES>::from_fn(|i, _| h[i] * scale[i]));
                 h = a.tr_mul(&h) / k as f64;
             }
         }
-        let mut seen = Self { basis: [SVector::zeros(); N], rank: 0 };
-        while seen.rank < N {
+        let mut seen = Self { basis: [SVector::zeros(); STATES], rank: 0 };
+        while seen.rank < STATES {
             let Some(largest) = left.iter().copied().max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()))
             else {
                 break;
@@ -139,7 +140,7 @@ impl<const N: usize> Seen<N> {
     }
 }
 
-fn motion_seen(vehicle: &VehicleParams, moment: &Moment, available: &Available, slope_is_state: bool) -> Seen<STATES> {
+fn motion_seen(vehicle: &VehicleParams, moment: &Moment, available: &Available, slope_is_state: bool) -> Seen {
     let (car, steer) = (Car::new(vehicle), Steer::new(moment.steer));
     let mut x = motion::State::zeros();
     x[motion::SPEED] = moment.speed;
@@ -171,7 +172,7 @@ pub fn motion_rank(vehicle: &VehicleParams, moment: &Moment, available: &Availab
     motion_seen(vehicle, moment, available, slope_is_state).rank
 }
 
-fn grade_seen(params: &SlopeParams, moment: &Moment, available: &Available) -> Seen<6> {
+fn grade_seen(params: &SlopeParams, moment: &Moment, available: &Available) -> Seen {
     let mut x = grade::State::zeros();
     x[grade::SPEED] = moment.speed;
     x[grade::GRADE] = moment.grade;
@@ -180,7 +181,9 @@ fn grade_seen(params: &SlopeParams, moment: &Moment, available: &Available) -> S
         [(true, &[(grade::SPEED, 1.0)]), (available.altitude, &[(grade::ALTITUDE, 1.0)]), (available.climb, &climb)];
     let none: &Row = &[];
     let rows = rows.map(|(is_there, row)| if is_there { row } else { none });
-    Seen::new(&grade::jacobian(&x, &Suspension::new(params)), &rows, &GRADE_SCALE)
+    let mut a = SMatrix::<f64, STATES, STATES>::zeros();
+    a.fixed_view_mut::<6, 6>(0, 0).copy_from(&grade::jacobian(&x, &Suspension::new(params)));
+    Seen::new(&a, &rows, &GRADE_SCALE)
 }
 
 /// Rank of the grade filter's observability matrix, of 6 states: speed, grade, body pitch, its rate, bias, altitude.

@@ -3,18 +3,18 @@
 import '../style/road.css';
 import { h } from '../dom';
 import { t } from '../messages';
-import { AccelerationFigures } from '../road/figures';
-import { LampLane } from '../road/lamps';
-import { OfferPanel } from '../road/offers';
-import { ProfileView } from '../road/profile';
 import type { Room } from '../rooms';
 import type { Session } from '../session';
 import type { Store } from '../state';
 import type { History, Tuning } from '../tuning';
+import { type CurveSpec, type LaneSpec, STYLES } from '../views/curves';
+import type { TableColumn } from '../views/table';
+import { TimeView } from '../views/time-view';
 import type { GridItem } from '../worker/rpc';
-import { type CurveSpec, type LaneSpec, STYLES } from './curves';
-import type { TableColumn } from './table';
-import { TimeView } from './time-view';
+import { AccelerationFigures } from './figures';
+import { LampLane } from './lamps';
+import { OfferPanel } from './offers';
+import { ProfileView } from './profile';
 
 const CURRENT: CurveSpec['source'] = { estimator: 'slope', which: 'current' };
 const PREVIOUS: CurveSpec['source'] = { estimator: 'slope', which: 'previous' };
