@@ -78,7 +78,7 @@ fn a_run_is_blind_to_the_sensors_that_are_named_and_only_in_their_windows() {
     let mut session = estimated();
     assert!(session.drift(BLIND, "gnss_ins", &WINDOW).map_err(text).unwrap().is_null());
     let (gnss, both) = (drift(&mut session, &["gnss"]), drift(&mut session, &["gnss", "odometer"]));
-    assert!(both > 3.0 * gnss, "{gnss} m without satellites, {both} m without wheels too");
+    assert!(both > 1.5 * gnss, "{gnss} m without satellites, {both} m without wheels too");
     let at = |session: &Session, source: &str, t: f64| session.value_at(source, "north", t);
     let before = at(&session, "gnss_ins@blind:current", 190.0) - at(&session, "gnss_ins:current", 190.0);
     let inside = at(&session, "gnss_ins@blind:current", 259.0) - at(&session, "gnss_ins:current", 259.0);
@@ -112,7 +112,8 @@ fn a_sweep_goes_on_in_pieces_and_tells_the_distribution_of_its_drifts() {
         .collect();
     assert!(ends.len() > 5);
     let end = Array::from(&get(&swept, "distribution")).get(1);
-    assert_eq!((number(&end, "after"), number(&end, "count")), (30.0, ends.len() as f64));
+    assert!((number(&end, "after") - 30.0).abs() < 1e-9);
+    assert_eq!(number(&end, "count"), ends.len() as f64);
     let largest = Array::from(&get(&end, "distance")).get(2).as_f64().unwrap();
     assert_eq!(largest, ends.iter().copied().fold(0.0, f64::max));
     session.cancel_sweep();
