@@ -29,6 +29,8 @@ export class FurtherRun {
   #isAsked = false;
   /** There is something in the core to be forgotten. */
   #isThere = false;
+  /** How often it has been forgotten: an answer from before that is late. */
+  #forgotten = 0;
 
   /** `different` says how it differs from the run of `base`; null for no run at all. */
   constructor(store: Store, session: Session, base: string, suffix: string, different: () => Different | null) {
@@ -70,6 +72,7 @@ export class FurtherRun {
     this.#drop();
     if (!this.#isThere) return;
     this.#isThere = false;
+    this.#forgotten++;
     this.#store.clearRun(this.name);
     void this.#session.rpc.call('forget_run', { name: this.name });
     this.onResult();
@@ -90,7 +93,8 @@ export class FurtherRun {
       if (!different) break;
       const drive = store.report.value;
       const { params, vehicle } = store.tuning.value;
-      const isWanted = (): boolean => store.report.value === drive && this.#different() !== null;
+      const forgotten = this.#forgotten;
+      const isWanted = (): boolean => store.report.value === drive && this.#forgotten === forgotten;
       const pending = rpc.start(
         'run',
         { estimator: this.name, params: { ...params[this.#base], ...different.params }, vehicle, ...(different.blind ? { blind: different.blind } : {}) },
@@ -100,12 +104,14 @@ export class FurtherRun {
       this.#isThere = true;
       try {
         const reply = await pending.answer;
-        // What was before it is not shown: it only takes memory.
-        void rpc.call('drop_previous', { estimator: this.name });
-        if (isWanted()) store.patchRun(this.name, { reply: { ...reply, previous: null, change: null }, running: null, error: null });
+        if (isWanted()) {
+          // What was before it is not shown: it only takes memory. Another drive has forgotten it already.
+          rpc.call('drop_previous', { estimator: this.name }).catch(() => undefined);
+          store.patchRun(this.name, { reply: { ...reply, previous: null, change: null }, running: null, error: null });
+        }
       } catch (reason) {
         const error = reason instanceof Cancelled ? null : t.navigation.failed(reason instanceof Error ? reason.message : String(reason));
-        if (store.report.value === drive) store.patchRun(this.name, { running: null, error });
+        if (isWanted()) store.patchRun(this.name, { running: null, error });
       }
       this.#pending = null;
       this.onResult();
