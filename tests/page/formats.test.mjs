@@ -129,7 +129,6 @@ const MISFITS = [
   { what: 'bytes of no format', files: [{ name: 'dump.bin', bytes: NOISE }], expects: [/dump\.bin/, /unknown format/, /what can be opened: CSV, MDF 4/] },
   { what: 'a picture beside a log', files: [{ name: 'log.csv', text: bendCsv(2) }, { name: 'photo.png', bytes: PNG }], expects: [/photo\.png/] },
   { what: 'drives of two days', files: [{ name: 'a.csv', text: day(1) }, { name: 'b.csv', text: day(5) }], expects: [/b\.csv begins 4\.0 days after the end of a\.csv/] },
-  { what: 'raw ranges alone', files: [{ name: 'raw.csv', text: 't,prn,sat_x,sat_y,sat_z,pr\n0,3,1,2,3,7\n1,3,1,2,3,8\n' }], expects: [/raw\.csv.*raw ranges only; open it together with its log/] },
   { what: 'two mappings', files: [{ name: 'log.csv', text: bendCsv(2) }, { name: 'a.json', text: '{}' }, { name: 'b.json', text: '{}' }], expects: [/a\.json, b\.json: expected one mapping/] },
   { what: 'a drive to simulate beside a log', files: [{ name: 'log.csv', text: bendCsv(2) }, { name: 'drive.json', text: '{"segments": []}' }], expects: [/drive\.json: a drive to simulate, dropped together with log\.csv/] },
   { what: 'an archive that is cut off', files: [{ name: 'cut.zip', bytes: [0x50, 0x4b, 3, 4, ...NOISE.slice(0, 400)] }], expects: [/cut\.zip/] },

@@ -4,7 +4,9 @@
 //! own sensors out or has lost them, a sign, or a lever arm.
 #![allow(clippy::unwrap_used)]
 
+use drivescope_drive::channel::{Channel, Series};
 use drivescope_drive::drive::{Drive, Signal};
+use drivescope_drive::geodesy::Geodetic;
 use drivescope_estimation::registry::run_by_name;
 use drivescope_simulation::{Simulation, drives, named};
 use serde_json::{Value, json};
@@ -86,6 +88,47 @@ fn no_built_in_drive_makes_the_filter_run_away() {
                 assert!(last < limit && rms < limit + 0.05 * blind, "{label}: {rms} {last} m against {sigma} m");
             }
         }
+    }
+}
+
+/// Ranges without a single fix of the receiver, loosely and tightly coupled, on the drives that have ranges: as good as with fixes,
+/// within the 2 m that a computed fix may be worse than the simulated receiver's.
+#[test]
+fn ranges_alone_navigate_as_well_as_fixes() {
+    for name in ["table1", "urban"] {
+        let mut drive = simulated(name, None);
+        let (sigma, _) = receiver(&drive);
+        drive.gnss = Channel::default();
+        for params in [json!({}), json!({ "coupling": "tight" })] {
+            let label = format!("{name}, ranges only, {params}");
+            let [rms, largest, last] = errors(&drive, &params, &label);
+            println!("{label}: rms {rms:.2} m, largest {largest:.2}, last {last:.2}");
+            assert!(
+                rms < sigma + 1.0 && largest < 3.7 * sigma + 2.0 && last < 3.7 * sigma,
+                "{label}: {rms} {largest} {last}"
+            );
+        }
+    }
+}
+
+/// A given origin moves the local coordinates of estimate and truth alike and nothing else: the error stays, the first row moves.
+#[test]
+fn a_given_origin_moves_estimate_and_truth_together() {
+    let drive = simulated("table1", None);
+    let mut moved = drive.clone();
+    let origin = drive.origin().unwrap();
+    moved.set_origin(Geodetic { lat: origin.lat - 1e-5, lon: origin.lon, alt: origin.alt - 3.0 });
+    for coupling in ["loose", "tight"] {
+        let params = json!({ "coupling": coupling });
+        let run = |drive: &Drive| run_by_name("gnss_ins", drive, &params, None).unwrap().into_series();
+        let (here, there) = (run(&drive), run(&moved));
+        let first = |series: &Series, column: &str| series.column(column).unwrap()[0];
+        // 1e-5 rad of latitude are 63.6 m here.
+        assert!((first(&there, "north") - first(&here, "north") - 63.6).abs() < 0.2);
+        assert!((first(&there, "down") - first(&here, "down") + 3.0).abs() < 1e-3);
+        assert_eq!(first(&there, "lat").to_bits(), first(&here, "lat").to_bits());
+        let [a, b] = [&drive, &moved].map(|drive| errors(drive, &params, coupling));
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-3), "{a:?} {b:?}");
     }
 }
 

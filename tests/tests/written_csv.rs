@@ -107,7 +107,8 @@ impl Random {
 fn channel<R: Record>(random: &mut Random, rows: usize) -> Channel<R> {
     let time = (0..rows).map(|row| row as f64 * 0.01 + 0.1 / 3.0).collect();
     let mut number = |zero: bool| Some(random.number()).filter(|v| zero || *v != 0.0).unwrap_or(f64::MIN_POSITIVE);
-    let columns = (0..R::COLUMNS.len()).map(|i| (0..rows).map(|row| number((row + i) % 2 == 0)).collect()).collect();
+    let columns =
+        (0..R::COLUMNS.len()).map(|i| (0..rows).map(|row| number((row + i).is_multiple_of(2))).collect()).collect();
     Channel::from_columns(time, columns).unwrap()
 }
 

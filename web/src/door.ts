@@ -1,6 +1,7 @@
 /** What crosses the door of the core (crates/wasm): plain objects with the core's own names, SI units and radians. */
 
 import type { CompassDoor } from './compass/door';
+import type { NavigationDoor } from './navigation/door';
 import type { Disk } from './motion/disk-file';
 import type { MotionDoor } from './motion/door';
 import type { RoadDoor } from './road/door';
@@ -209,7 +210,7 @@ export type DriveHead = [string, Float64Array | undefined, number | undefined, n
 export type DrivePart = [string, string[], Float64Array, Float64Array[]];
 
 /** The session as the worker sees it. */
-export interface Door extends CompassDoor, MotionDoor, RoadDoor {
+export interface Door extends CompassDoor, MotionDoor, NavigationDoor, RoadDoor {
   catalogue(): Omit<Catalogue, 'drives'>;
   begin_parts(...head: DriveHead): void;
   add_part(...part: DrivePart): void;

@@ -18,6 +18,7 @@ import type { Gallery } from './gallery/gallery';
 import type { Loops } from './loops/gallery-loops';
 import { listenToKeys } from './keys';
 import { t } from './messages';
+import { FaultSwitch } from './navigation/fault-switch';
 import { offerIn } from './panel/offer';
 import { ReportPanel } from './panel/report';
 import { errorBanner, statusLine } from './panel/status';
@@ -60,6 +61,7 @@ const report = new ReportPanel(store);
 const help = helpDialog(store);
 const drives = new DriveDialog(store, session, (name, seed) => void openBuiltIn(name, seed));
 const side = sidePanel();
+const faults = new FaultSwitch(store, session);
 const rooms = new Rooms(store, {
   overview: () => ({
     elements: [...views.map((v) => v.element), mode.element],
@@ -67,6 +69,7 @@ const rooms = new Rooms(store, {
   }),
   road: async () => (await import('./road/room')).roadRoom(store, session, history),
   motion: async () => (await import('./motion/room')).motionRoom(store, session, history),
+  navigation: async () => (await import('./navigation/room')).navigationRoom(store, session, faults),
 });
 
 async function openBuiltIn(name: string, seed: number | null = null): Promise<void> {
@@ -183,6 +186,7 @@ document.querySelector('#app')?.replaceWith(
     {},
     bar.element,
     offerIn(errorBanner(store), store, (request, label) => void openPart(request, label).catch(tell)),
+    faults.sign,
     h('main', {}, rooms.element, h('div.side-column', {}, trajectory.element, side.element)),
     transport.element,
     dropTarget((files) => void openDropped(files)),

@@ -5,6 +5,7 @@ export const ROOMS = {
   overview: ['orientation', 'slope', 'motion_mode', 'gnss_ins'],
   road: ['slope'],
   motion: ['motion_mode', 'land_ins', 'stationarity', 'gyro_free'],
+  navigation: ['gnss_ins', 'gnss', 'attitude'],
 } as const satisfies Record<string, readonly string[]>;
 
 export type RoomName = keyof typeof ROOMS;

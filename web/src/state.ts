@@ -1,6 +1,7 @@
 /** Everything the page knows, in one place; views listen to the parts they show. */
 
 import type { Catalogue, DriveReport, Progress } from './door';
+import type { Blind, Fault } from './navigation/door';
 import type { Disk } from './motion/disk-file';
 import { type Axis, axis, timeAxis } from './plot/axis';
 import type { RoomName } from './room-names';
@@ -86,6 +87,10 @@ export class Store {
   readonly wanted = new Signal<readonly string[]>([]);
   /** Variants of orientation that are drawn with the one that is tuned. */
   readonly overlays = new Signal<readonly string[]>([]);
+  /** Windows in which sensors are blind in further runs. */
+  readonly blind = new Signal<readonly Blind[]>([]);
+  /** Faults in the open drive. */
+  readonly faults = new Signal<readonly Fault[]>([]);
   /** Motion modes painted by hand: times and, in the second half, modes. */
   readonly labels = new Signal<Float64Array>(new Float64Array(0));
   /** The calibrated six-accelerometer disk that the open log is read with; null for the drawing. */

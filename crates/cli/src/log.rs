@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use drivescope_drive::drive::Drive;
 use drivescope_import::{
-    FORMATS, IoSource, Mapping, MemorySource, OpenReport, Opening, SeekSource, Source, open_log, raw_gnss, read_csv,
+    FORMATS, IoSource, Mapping, MemorySource, OpenReport, Opening, Origin, SeekSource, Source, open_log, open_raw,
+    raw_gnss, read_csv,
 };
 use serde_json::Value;
 
@@ -14,7 +15,7 @@ use serde_json::Value;
 #[derive(clap::Args)]
 pub struct LogArgs {
     /// The log; several files or a folder are one drive, with the DBC of a bus log among them; `-` reads standard input.
-    #[arg(required = true)]
+    #[arg(required_unless_present = "gnss_raw")]
     log: Vec<PathBuf>,
     /// Which column is which signal, as JSON; proposed from names, units and physics without it.
     #[arg(long, value_name = "M.json")]
@@ -22,9 +23,22 @@ pub struct LogArgs {
     /// Format of standard input.
     #[arg(long, value_name = "FORMAT", value_parser = FORMATS.iter().map(|f| f.1).collect::<Vec<_>>())]
     format: Option<String>,
-    /// Raw satellite ranges that belong to the log, as CSV: t, prn, sat_x/y/z, sat_vx/vy/vz, pr, prr.
+    /// Raw satellite ranges that belong to the log, or alone without one, as CSV: t, prn, sat_x/y/z, sat_vx/vy/vz, pr, prr.
     #[arg(long, value_name = "FILE")]
     gnss_raw: Option<PathBuf>,
+    /// Origin of local coordinates, deg, deg, m; the first place of the truth or of the satellites without it.
+    #[arg(long, value_name = "LAT,LON,ALT", value_parser = origin, allow_hyphen_values = true)]
+    origin: Option<Origin>,
+}
+
+/// Three numbers with commas between; the height may be missing.
+fn origin(text: &str) -> Result<Origin, String> {
+    let numbers: Vec<f64> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
+    match (numbers.as_slice(), text.split(',').count()) {
+        ([lat, lon], 2) => Origin::new(*lat, *lon, 0.0),
+        ([lat, lon, alt], 3) => Origin::new(*lat, *lon, *alt),
+        _ => Err("expected latitude, longitude and height with commas between".into()),
+    }
 }
 
 /// A log that has been opened.
@@ -38,7 +52,7 @@ pub struct Opened {
 impl LogArgs {
     /// A log that another argument names.
     pub fn of(log: PathBuf, mapping: Option<PathBuf>) -> Self {
-        Self { log: vec![log], mapping, format: None, gnss_raw: None }
+        Self { log: vec![log], mapping, format: None, gnss_raw: None, origin: None }
     }
 
     /// Read the log slice by slice.
@@ -46,6 +60,24 @@ impl LogArgs {
     /// # Errors
     /// One sentence naming file, row and column.
     pub fn open(&self) -> Result<Opened, String> {
+        let mut opened = match &self.gnss_raw {
+            Some(path) if self.log.is_empty() => {
+                let file = File::open(path).map_err(|e| unreadable(path, e))?;
+                let table =
+                    read_csv(&mut IoSource::new(file, None), &path.display().to_string()).map_err(|e| e.to_string())?;
+                let (drive, report) = open_raw(&table).map_err(|e| e.to_string())?;
+                Opened { drive, report }
+            }
+            _ => self.open_log()?,
+        };
+        if let Some(origin) = self.origin {
+            opened.drive.set_origin(origin.place());
+            opened.report.mapping.origin = Some(origin);
+        }
+        Ok(opened)
+    }
+
+    fn open_log(&self) -> Result<Opened, String> {
         let mapping = match &self.mapping {
             Some(path) => {
                 Some(Mapping::from_json(&text_file(path)?, &path.display().to_string()).map_err(|e| e.to_string())?)

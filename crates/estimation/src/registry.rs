@@ -87,7 +87,7 @@ macro_rules! estimators {
             pub fn advance(&mut self, drive: &Drive, epochs: usize) -> Result<bool, RunError> {
                 match &mut self.inner { $( Inner::$variant(run) => run.advance(drive, epochs) ),+ }
             }
-            /// Hide a sensor's samples in some windows, from here on.
+            /// Hide a sensor's samples in some windows, from here on, with those that are hidden already.
             pub fn blind(&mut self, blindfold: Blindfold) {
                 match &mut self.inner { $( Inner::$variant(run) => run.blind(blindfold) ),+ }
             }

@@ -103,6 +103,9 @@ pub fn apply(mut table: Table, mapping: &Mapping, name: &str) -> Result<(Drive, 
     drive.accel_array = load.channel(6)?;
     drive.range = load.channel(7)?;
     drive.truth = load.truth()?;
+    if let Some(origin) = mapping.origin {
+        drive.set_origin(origin.place());
+    }
     Ok((drive, report))
 }
 
@@ -244,8 +247,39 @@ impl<'m> Loader<'_, 'm> {
             return Ok(None);
         }
         self.blank_null_island(&parts, &mut columns);
-        let time = if all { self.times.to_vec() } else { rows.iter().map(|&r| self.times[r as usize]).collect() };
+        let mut time: Vec<f64> =
+            if all { self.times.to_vec() } else { rows.iter().map(|&r| self.times[r as usize]).collect() };
+        if let Some(late) = self.mapping.delays.get(channel) {
+            time.iter_mut().for_each(|t| *t -= late);
+        }
+        self.turn(&parts, &mut columns);
         Ok(Some((time, columns)))
+    }
+
+    /// Turn triads from their housing to the car; a triad with a missing axis stays, with a warning.
+    fn turn(&mut self, parts: &Parts, columns: &mut [Vec<f64>]) {
+        let Some(mount) = self.mapping.mounts.get(parts.name) else { return };
+        let angles = [mount.roll_deg, mount.pitch_deg, mount.yaw_deg].map(f64::to_radians);
+        let rows = crate::examine::lean_rows(angles);
+        for first in (0..columns.len()).step_by(3) {
+            let there = (first..first + 3).filter(|k| parts.sources.get(*k).is_some_and(Option::is_some)).count();
+            let [x, y, z] = &mut columns[first..(first + 3).min(parts.sources.len())] else { continue };
+            if there != 3 {
+                if there > 0 {
+                    let text = format!(
+                        "{}: a triad with {there} axes cannot be turned on its mount; left as it is.",
+                        parts.name
+                    );
+                    self.report.warn(text, None, None, 1);
+                }
+                continue;
+            }
+            for ((x, y), z) in x.iter_mut().zip(y.iter_mut()).zip(z.iter_mut()) {
+                let v = [*x, *y, *z];
+                let turned = rows.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2]);
+                (*x, *y, *z) = (turned[0], turned[1], turned[2]);
+            }
+        }
     }
 
     /// Receivers without a fix write latitude and longitude 0: such places become blank.
@@ -315,6 +349,9 @@ impl<'m> Loader<'_, 'm> {
         };
         let raw = if last_use { std::mem::take(&mut column.values) } else { column.values.clone() };
         let mut values = if all { raw } else { rows.iter().map(|&r| raw[r as usize]).collect() };
+        if !source.blank.is_empty() {
+            values.iter_mut().filter(|v| source.blank.contains(v)).for_each(|v| *v = f64::NAN);
+        }
         if factor != 1.0 {
             values.iter_mut().for_each(|v| *v *= factor);
         }

@@ -28,8 +28,7 @@ pub(crate) fn propose(table: &Table) -> Result<ProposedClock, ImportError> {
     let Some(column) = best.or(stamped) else {
         return split_clock(table).ok_or_else(|| no_time(table));
     };
-    let source =
-        |unit: &str| TimeSource { column: column.name.clone(), unit: unit.into(), offset: 0.0, fraction: None };
+    let source = |unit: &str| TimeSource::plain(&column.name, unit);
     if let Some(epoch) = column.epoch {
         let why = format!("date and time, counted in seconds from the first: {}", epoch_text(epoch));
         return Ok(ProposedClock { source: source("s"), why, guess: None });
@@ -65,13 +64,13 @@ fn split_clock(table: &Table) -> Option<ProposedClock> {
         .filter(|c| c.name.contains("sec") && !c.name.contains("nsec") && !c.name.contains("nanosec"));
     let (seconds, nanos) = pairs.filter_map(|c| Some((c, twin(c)?))).max_by_key(|(c, _)| count(c))?;
     let fraction = TimeFraction { column: nanos.name.clone(), unit: "ns".into() };
-    let source = TimeSource { column: seconds.name.clone(), unit: "s".into(), offset: 0.0, fraction: Some(fraction) };
+    let source = TimeSource { fraction: Some(fraction), ..TimeSource::plain(&seconds.name, "s") };
     let text = format!("time is `{}` in seconds plus `{}` in nanoseconds", seconds.name, nanos.name);
     Some(ProposedClock { source, why: text.clone(), guess: Some(format!("{text}.")) })
 }
 
 /// Unit of a time column that states none, from its size (Unix time) or its median step; whether that is beyond doubt.
-fn unit_by_size(values: &[f64]) -> (&'static str, String, bool) {
+pub(crate) fn unit_by_size(values: &[f64]) -> (&'static str, String, bool) {
     let first = values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
     for (unit, factor) in [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)] {
         // 2001 to 2096 in that unit.
@@ -127,6 +126,10 @@ pub(crate) fn times(table: &Table, source: &TimeSource) -> Result<Vec<f64>, Impo
         let rest = fraction.map_or(0.0, |f| scaled(f.values[row], fraction_factor));
         let time = scaled(column.values[row], factor) + rest + source.offset;
         if time.is_finite() {
+            if time < previous && source.skip_steps_back {
+                times.push(f64::NAN);
+                continue;
+            }
             if time < previous {
                 let (file, row, previous_row) = (table.name.clone(), table.line_of(row), table.line_of(previous_row));
                 let (found, previous) = (column_value(time, source, factor), column_value(previous, source, factor));

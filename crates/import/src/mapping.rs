@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use drivescope_drive::csv::file_unit;
 use drivescope_drive::disk::Disk;
+use drivescope_drive::geodesy::Geodetic;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ImportError, name_list};
@@ -35,9 +36,67 @@ pub struct Mapping {
     /// Channels (`gnss`, `baro`, ..) whose samples repeat in the file until a new one comes: repeats are left out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub drop_repeats: Vec<String>,
+    /// How the housings of triads sit in the car, by channel (`imu`, `mag`); without an entry along the car's axes.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub mounts: BTreeMap<String, Mount>,
+    /// By how many seconds the times of a channel's samples are late, by channel; subtracted from them.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub delays: BTreeMap<String, f64>,
     /// The six-accelerometer disk as calibrated; without it the disk is as drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub disk: Option<Disk>,
+    /// Origin of local coordinates; without it the first place of the truth or of the satellites.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
+}
+
+/// Origin of local coordinates as a person gives it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "OriginForm")]
+pub struct Origin {
+    /// Latitude, deg.
+    pub lat_deg: f64,
+    /// Longitude, deg.
+    pub lon_deg: f64,
+    /// Height above the ellipsoid, m.
+    pub alt: f64,
+}
+
+/// The same before it has been checked.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OriginForm {
+    lat_deg: f64,
+    lon_deg: f64,
+    #[serde(default)]
+    alt: f64,
+}
+
+impl TryFrom<OriginForm> for Origin {
+    type Error = String;
+    fn try_from(form: OriginForm) -> Result<Self, String> {
+        Self::new(form.lat_deg, form.lon_deg, form.alt)
+    }
+}
+
+impl Origin {
+    /// A checked origin: latitude and longitude in degrees, height in metres.
+    ///
+    /// # Errors
+    /// A sentence where one of them is none.
+    pub fn new(lat_deg: f64, lon_deg: f64, alt: f64) -> Result<Self, String> {
+        // What is not a number is inside no limit.
+        let ranges = [("latitude", lat_deg, 89.9), ("longitude", lon_deg, 360.0), ("height", alt, 1e5)];
+        match ranges.iter().find(|(_, value, limit)| value.is_nan() || value.abs() > *limit) {
+            Some((what, value, limit)) => Err(format!("{what} of the origin: expected at most {limit}, found {value}")),
+            None => Ok(Self { lat_deg, lon_deg, alt }),
+        }
+    }
+
+    /// The place.
+    pub fn place(&self) -> Geodetic {
+        Geodetic { lat: self.lat_deg.to_radians(), lon: self.lon_deg.to_radians(), alt: self.alt }
+    }
 }
 
 /// Where time comes from: `offset + column in s + fraction in s`.
@@ -55,6 +114,26 @@ pub struct TimeSource {
     /// A second column to add, as some loggers split seconds and nanoseconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fraction: Option<TimeFraction>,
+    /// Rows earlier than one before them are left out; without this such a file is refused.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub skip_steps_back: bool,
+}
+
+/// How a housing sits in the car: its attitude there, as of a body in the navigation frame.
+///
+/// Applied after columns, signs and units: `vector in the car = body_to_nav(roll, pitch, yaw) * vector read`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mount {
+    /// Right side down, deg.
+    #[serde(default)]
+    pub roll_deg: f64,
+    /// Front up, deg.
+    #[serde(default)]
+    pub pitch_deg: f64,
+    /// Clockwise from above, deg.
+    #[serde(default)]
+    pub yaw_deg: f64,
 }
 
 /// The part of a second, where a file keeps it in a column of its own.
@@ -82,6 +161,9 @@ pub struct SignalSource {
     /// Added after the scale, SI.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub offset: f64,
+    /// Raw values that stand for none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub blank: Vec<f64>,
 }
 
 fn second() -> String {
@@ -99,14 +181,41 @@ fn is_zero(value: &f64) -> bool {
     *value == 0.0
 }
 
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn is_false(value: &bool) -> bool {
+    !*value
+}
+
+impl TimeSource {
+    /// A column in a unit, from its own zero.
+    pub fn plain(column: &str, unit: &str) -> Self {
+        Self { column: column.into(), unit: unit.into(), offset: 0.0, fraction: None, skip_steps_back: false }
+    }
+}
+
 impl SignalSource {
     /// The column as it is, in the canonical unit.
     pub fn plain(column: &str) -> Self {
-        Self { column: column.to_owned(), unit: None, scale: 1.0, offset: 0.0 }
+        Self { column: column.to_owned(), unit: None, scale: 1.0, offset: 0.0, blank: Vec::new() }
     }
 }
 
 impl Mapping {
+    /// A mapping of no signal yet.
+    pub fn of(time: TimeSource) -> Self {
+        let (signals, mounts, delays) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        Self {
+            version: MAPPING_VERSION,
+            time,
+            signals,
+            drop_repeats: Vec::new(),
+            mounts,
+            delays,
+            disk: None,
+            origin: None,
+        }
+    }
+
     /// Read a mapping from JSON; `file` names it in errors.
     ///
     /// # Errors
@@ -149,6 +258,7 @@ impl Mapping {
                 "`drop_repeats` takes channels: imu, mag, wheels, steering, gnss, baro, accel_array, range".into();
             return Err(ImportError::UnknownSignal { file: file.into(), found: found.clone(), suggestion });
         }
+        self.check_mounts(file)?;
         for (name, source) in &self.signals {
             source.factor(name, file)?;
             if !source.scale.is_finite() || source.scale == 0.0 {
@@ -156,6 +266,36 @@ impl Mapping {
             }
             if !source.offset.is_finite() {
                 return Err(bad(name, "offset", source.offset));
+            }
+        }
+        Ok(())
+    }
+
+    /// Check the channels and numbers of mounts and delays.
+    fn check_mounts(&self, file: &str) -> Result<(), ImportError> {
+        let unknown = |found: &str, suggestion: &str| ImportError::UnknownSignal {
+            file: file.into(),
+            found: found.into(),
+            suggestion: suggestion.into(),
+        };
+        for (name, mount) in &self.mounts {
+            if !["imu", "mag"].contains(&name.as_str()) {
+                return Err(unknown(name, "`mounts` takes imu and mag"));
+            }
+            for (field, found) in
+                [("roll_deg", mount.roll_deg), ("pitch_deg", mount.pitch_deg), ("yaw_deg", mount.yaw_deg)]
+            {
+                if !found.is_finite() {
+                    return Err(ImportError::BadFactor { file: file.into(), signal: name.clone(), field, found });
+                }
+            }
+        }
+        for (name, &found) in &self.delays {
+            if !CHANNELS.iter().any(|(channel, _)| channel == name) {
+                return Err(unknown(name, "`delays` takes imu, mag, wheels, steering, gnss, baro, accel_array, range"));
+            }
+            if !found.is_finite() {
+                return Err(ImportError::BadFactor { file: file.into(), signal: name.clone(), field: "delay", found });
             }
         }
         Ok(())
@@ -231,12 +371,21 @@ mod tests {
     fn a_mapping_survives_json() {
         let mut mapping = Mapping {
             version: MAPPING_VERSION,
-            time: TimeSource { column: "t".into(), unit: "ms".into(), offset: 0.5, fraction: None },
+            time: TimeSource { offset: 0.5, skip_steps_back: true, ..TimeSource::plain("t", "ms") },
             signals: BTreeMap::new(),
             drop_repeats: vec!["gnss".into()],
+            origin: Origin::new(36.5, 127.25, 60.0).ok(),
+            mounts: BTreeMap::from([("imu".into(), Mount { roll_deg: 1.5, pitch_deg: -3.75, yaw_deg: 90.0 })]),
+            delays: BTreeMap::from([("gnss".into(), 0.125)]),
             disk: Some(Disk::drawn(0.08)),
         };
-        let source = SignalSource { column: "ax".into(), unit: Some("g".into()), scale: -1.0, offset: 0.25 };
+        let source = SignalSource {
+            column: "ax".into(),
+            unit: Some("g".into()),
+            scale: -1.0,
+            offset: 0.25,
+            blank: vec![-5400.0],
+        };
         mapping.signals.insert("accel_x".into(), source);
         mapping.signals.insert("gnss_lat".into(), SignalSource::plain("Lat"));
         assert_eq!(Mapping::from_json(&mapping.to_json(), "m.json").unwrap(), mapping);

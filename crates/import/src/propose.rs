@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::clock;
 use crate::error::ImportError;
 use crate::evidence::{Draft, Settled};
-use crate::mapping::{MAPPING_VERSION, Mapping, SignalSource};
+use crate::mapping::{Mapping, SignalSource};
 use crate::names::{self, signal, time_name};
 use crate::order::sort_by;
 use crate::table::{RawColumn, Table};
@@ -103,7 +103,8 @@ pub fn propose(table: &Table) -> Result<Proposal, ImportError> {
     for c in candidates {
         let column = table.columns[c.column].name.clone();
         let unit = (signal(&c.signal).map(|s| file_unit(&c.signal, s.unit)) != Some(c.unit.as_str())).then_some(c.unit);
-        signals.insert(c.signal.clone(), SignalSource { column: column.clone(), unit, scale: c.scale, offset: 0.0 });
+        let source = SignalSource { unit, scale: c.scale, ..SignalSource::plain(&column) };
+        signals.insert(c.signal.clone(), source);
         entries.push(Entry { signal: c.signal, column, why: c.why.join("; "), confidence: c.confidence });
     }
     unused.extend(
@@ -113,7 +114,7 @@ pub fn propose(table: &Table) -> Result<Proposal, ImportError> {
             .map(|t| Unused { column: t.name.clone(), reason: format!("holds text such as `{}`", t.example) }),
     );
     Ok(Proposal {
-        mapping: Mapping { version: MAPPING_VERSION, time: clock.source, signals, drop_repeats: repeating, disk: None },
+        mapping: Mapping { signals, drop_repeats: repeating, ..Mapping::of(clock.source) },
         entries,
         unused,
         notes,
@@ -121,7 +122,7 @@ pub fn propose(table: &Table) -> Result<Proposal, ImportError> {
 }
 
 /// For every column the signal it is, best names first; what is left out goes to `unused`, doubts to `notes`.
-fn choose(
+pub(crate) fn choose(
     table: &Table,
     is_time: &dyn Fn(&str) -> bool,
     notes: &mut Vec<String>,

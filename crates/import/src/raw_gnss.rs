@@ -38,7 +38,7 @@ pub fn raw_gnss(table: &Table, offset: f64) -> Result<RawGnss, ImportError> {
         return Err(missing(RAW_COLUMNS[index]));
     }
     let unit = clock.unit.clone().filter(|u| units::factor(u, "s").is_some()).unwrap_or_else(|| "s".into());
-    let times = clock::times(table, &TimeSource { column: "t".into(), unit, offset, fraction: None })?;
+    let times = clock::times(table, &TimeSource { offset, ..TimeSource::plain("t", &unit) })?;
     let (mut raw, mut view, mut since) = (RawGnss::default(), Vec::new(), f64::NAN);
     for (row, &time) in times.iter().enumerate() {
         let cells = columns.map(|c: Option<&RawColumn>| c.map_or(f64::NAN, |c| c.values[row]));
@@ -61,21 +61,18 @@ pub fn raw_gnss(table: &Table, offset: f64) -> Result<RawGnss, ImportError> {
 /// Take the table of raw ranges out of the tables of a log.
 ///
 /// # Errors
-/// [`ImportError::Nothing`] where there are several, or nothing beside it.
+/// [`ImportError::Nothing`] where there are several.
 pub(crate) fn take_raw(tables: &mut Vec<Table>) -> Result<Option<Table>, ImportError> {
     let Some(index) = tables.iter().position(is_raw_gnss) else { return Ok(None) };
     let ranges = tables.remove(index);
     let name = &ranges.name;
-    let sentence = match tables.iter().find(|t| is_raw_gnss(t)) {
+    match tables.iter().find(|t| is_raw_gnss(t)) {
         Some(other) => {
-            format!("{name} and {}: expected one table of raw ranges, found two; open the log with one.", other.name)
+            let what = "expected one table of raw ranges, found two; open the log with one.";
+            Err(ImportError::Nothing { sentence: format!("{name} and {}: {what}", other.name) })
         }
-        None if tables.is_empty() => {
-            format!("{name}: expected a log, found a table of raw ranges only; open it together with its log.")
-        }
-        None => return Ok(Some(ranges)),
-    };
-    Err(ImportError::Nothing { sentence })
+        None => Ok(Some(ranges)),
+    }
 }
 
 /// Give a drive its raw ranges; what there are, in words. `offset` as in [`raw_gnss`].

@@ -7,11 +7,12 @@ use crate::apply::{ChannelReport, MapReport, apply};
 use crate::clock::epoch_text;
 use crate::csv::read_csv;
 use crate::error::ImportError;
-use crate::mapping::Mapping;
+use crate::examine::{Examination, examine};
+use crate::mapping::{Mapping, TimeSource};
 use crate::merge::{Merged, merge};
 use crate::names::signal;
 use crate::opening::Log;
-use crate::propose::{Confidence, Proposal, Unused, propose};
+use crate::propose::{Confidence, Entry, Proposal, Unused, propose};
 use crate::raw_gnss::{add_raw, take_raw};
 use crate::source::ByteSource;
 use crate::table::{Layout, Table, Warning};
@@ -94,7 +95,7 @@ pub fn open_csv(
 pub fn open_table(table: Table, mapping: Option<&Mapping>) -> Result<(Drive, OpenReport), ImportError> {
     let proposal = match mapping {
         Some(mapping) => given(&table, mapping),
-        None => propose(&table)?,
+        None => propose(&table).or_else(|error| by_physics(&table).ok_or(error))?,
     };
     let name = table.name.clone();
     let mut report = frame(&table, &proposal);
@@ -103,14 +104,31 @@ pub fn open_table(table: Table, mapping: Option<&Mapping>) -> Result<(Drive, Ope
     Ok((drive, report))
 }
 
+/// Make a drive of raw satellite ranges alone.
+///
+/// # Errors
+/// Those of [`raw_gnss`](crate::raw_gnss()).
+pub fn open_raw(table: &Table) -> Result<(Drive, OpenReport), ImportError> {
+    let raw_gnss = crate::raw_gnss(table, 0.0)?;
+    let mapping = Mapping::of(TimeSource::plain("t", "s"));
+    let proposal = Proposal { mapping, entries: Vec::new(), unused: Vec::new(), notes: Vec::new() };
+    let mut report = frame(table, &proposal);
+    let drive = Drive { name: table.name.clone(), raw_gnss, ..Drive::default() };
+    fill(&mut report, &proposal, MapReport::default(), &drive);
+    Ok((drive, report))
+}
+
 /// Make a drive of everything that was read from one or several files: under `mapping`, or under the one proposed. A
-/// table of raw satellite ranges among them is that of the drive.
+/// table of raw satellite ranges among them is that of the drive, and a drive alone.
 ///
 /// # Errors
 /// Those of [`open_table`] and of [`raw_gnss`](crate::raw_gnss), and [`ImportError::OutOfMemory`] where the tables do not
 /// fit into one. Files that are no parts of one drive are [`ImportError::Nothing`].
 pub fn open_log(mut log: Log, mapping: Option<&Mapping>) -> Result<(Drive, OpenReport), ImportError> {
     let ranges = take_raw(&mut log.tables)?;
+    if let (Some(ranges), true) = (&ranges, log.tables.is_empty()) {
+        return open_raw(ranges);
+    }
     let Merged { table, unused, notes } = merge(log)?;
     let (mut drive, mut report) = open_table(table, mapping)?;
     if let Some(ranges) = ranges {
@@ -119,6 +137,27 @@ pub fn open_log(mut log: Log, mapping: Option<&Mapping>) -> Result<(Drive, OpenR
     report.unused.extend(unused);
     report.notes.splice(0..0, notes);
     Ok((drive, report))
+}
+
+/// Where names explain nothing: what physics says, with every entry's reason and every finding as a note.
+fn by_physics(table: &Table) -> Option<Proposal> {
+    let found = examine(table).ok()?;
+    let entries = found.columns.iter().filter_map(|c| {
+        let (signal, confidence) = (c.signal.clone()?, c.confidence?);
+        Some(Entry { signal, column: c.column.clone(), why: c.why.clone(), confidence })
+    });
+    let unused = found.columns.iter().filter(|c| c.signal.is_none());
+    let unused = unused.map(|c| Unused { column: c.column.clone(), reason: c.why.clone() }).collect();
+    let notes = found.findings.iter().map(|f| f.text.clone()).collect();
+    Some(Proposal { entries: entries.collect(), mapping: found.mapping, unused, notes })
+}
+
+/// Examine everything that was read from one or several files, as [`open_log`] puts it together.
+///
+/// # Errors
+/// Those of [`examine`], and [`ImportError::OutOfMemory`] where the tables do not fit into one.
+pub fn examine_log(log: Log) -> Result<Examination, ImportError> {
+    examine(&merge(log)?.table)
 }
 
 /// The reasons of a mapping that a person gave.

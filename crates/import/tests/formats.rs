@@ -70,8 +70,8 @@ fn inertial_samples_come_back_from_every_format_that_has_them() {
     // Signs: the phones' and robots' z axes point up, those of the others are taken as they are.
     for (name, turned) in [
         ("csv", 1.0),
-        ("gzip", 1.0),
-        ("npy archive", 1.0),
+        ("csv.gz", 1.0),
+        ("npz", 1.0),
         ("ulog", 1.0),
         ("mcap", -1.0),
         ("mcap zstd", -1.0),
@@ -79,7 +79,7 @@ fn inertial_samples_come_back_from_every_format_that_has_them() {
         ("bag", -1.0),
         ("bag lz4", -1.0),
         ("bag bz2", -1.0),
-        ("oxts", -1.0),
+        ("kitti", -1.0),
         ("mdf sorted", 1.0),
         ("mdf unsorted", 1.0),
         ("mdf deflated", 1.0),
@@ -103,7 +103,7 @@ fn inertial_samples_come_back_from_every_format_that_has_them() {
 
 #[test]
 fn fixes_come_back_with_their_units() {
-    for name in ["nmea", "gpx", "vbo", "oxts"] {
+    for name in ["nmea", "gpx", "vbo", "kitti"] {
         let (drive, report) = open(&sample(name).files);
         assert_eq!(drive.gnss.len(), ROWS, "{name}: {report:?}");
         for i in 0..ROWS {
@@ -127,17 +127,17 @@ fn fixes_come_back_with_their_units() {
 
 #[test]
 fn sensors_of_a_phone_become_one_inertial_sample() {
-    for name in ["zip sensor logger", "zip phyphox"] {
+    for name in ["sensor logger", "phyphox"] {
         let (drive, report) = open(&sample(name).files);
         assert_eq!(drive.imu.len(), ROWS, "{name}: {report:?}");
         let (_, imu) = drive.imu.at(10);
         // The clock of the accelerometer is 20 ms late in one of them: 0.02 s of 0.1 m/s^3.
-        let late = if name == "zip phyphox" { 0.0 } else { 0.002 };
+        let late = if name == "phyphox" { 0.0 } else { 0.002 };
         assert!(near(imu.accel_x, accel(10) - late, 1e-6), "{name}: {imu:?}");
         assert!(near(imu.accel_z, -9.8, 1e-9), "{name}: z points up on the phone: {imu:?}");
         assert!(report.epoch.as_deref().is_some_and(|e| e.starts_with("2023-11-14T22:13:20")), "{report:?}");
     }
-    let (drive, _) = open(&sample("zip sensor logger").files);
+    let (drive, _) = open(&sample("sensor logger").files);
     assert_eq!(drive.gnss.len(), ROWS);
 }
 
@@ -208,8 +208,13 @@ fn a_table_of_raw_ranges_belongs_to_the_log_beside_it() {
     let (drive, report) = together(&[("raw.csv", raw(0)), ("log.csv", samples::csv(0))]).unwrap();
     assert_eq!((drive.imu.len(), drive.raw_gnss.len(), drive.raw_gnss.at(0).1.len()), (ROWS, 2, 2));
     assert!(report.name == "log.csv" && report.notes.iter().any(|n| n.contains("raw.csv: raw ranges")), "{report:?}");
+    let (drive, report) = together(&[("raw.csv", raw(0))]).unwrap();
+    assert_eq!(
+        (drive.imu.len(), drive.raw_gnss.len(), report.name.as_str()),
+        (0, 2, "raw.csv"),
+        "ranges alone are a drive"
+    );
     for (files, expected) in [
-        (vec![("raw.csv", raw(0))], "raw.csv: expected a log, found a table of raw ranges only"),
         (
             vec![("raw.csv", raw(0)), ("b.csv", raw(0)), ("log.csv", samples::csv(0))],
             "expected one table of raw ranges",
@@ -229,7 +234,7 @@ fn the_database_that_decoded_the_frames_is_named() {
 
 #[test]
 fn a_log_that_is_cut_off_is_read_as_far_as_it_goes() {
-    for name in ["nmea", "gpx", "vbo", "blf", "asc", "candump", "ulog", "mcap", "bag", "mdf unfinished", "gzip"] {
+    for name in ["nmea", "gpx", "vbo", "blf", "asc", "candump", "ulog", "mcap", "bag", "mdf unfinished", "csv.gz"] {
         let mut files = sample(name).files;
         let whole = files[0].1.len();
         files[0].1.truncate(if name == "mcap" || name == "bag" || name == "blf" { whole - 40 } else { whole * 4 / 5 });

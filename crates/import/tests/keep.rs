@@ -8,7 +8,7 @@ use drivescope_import::{CsvReader, ImportError, Keep, MemorySource, Opening, Tab
 fn log(rows: usize) -> Vec<u8> {
     let mut text = String::from("time [ms],accel_x,speed,gnss_lat,gnss_lon,note,gyro_z\n");
     for row in 0..rows {
-        let speed = if row % 10 == 0 { format!("{}", 10.0 + row as f64 * 0.01) } else { String::new() };
+        let speed = if row.is_multiple_of(10) { format!("{}", 10.0 + row as f64 * 0.01) } else { String::new() };
         let place = if row % 100 == 7 { format!("{},11.5", 48.0 + row as f64 * 1e-7) } else { ",".into() };
         let note = if row % 50 == 20 { "\"a \"\"word\"\",\nand\"" } else { "b" };
         text += &format!("{},{},{speed},{place},{note},{}\n", 5000 + 10 * row, row, row % 9);

@@ -28,20 +28,22 @@ fn windows(flat: &[f64]) -> Vec<(f64, f64)> {
 
 #[wasm_bindgen]
 impl Session {
-    /// Like `begin_run`, for a further run (`gnss_ins@blind`) to which `gnss`, `mag` or `odometer` is blind in some windows
-    /// (begin, end, begin, end, ...; s).
+    /// Like `begin_run`, for a further run (`gnss_ins@blind`) to which `gnss`, `mag` or `odometer` is blind in some windows:
+    /// one sensor for each window (begin, end, begin, end, ...; s).
     pub fn begin_blind_run(
         &mut self,
         name: &str,
         params: JsValue,
         car: Option<String>,
-        blind: &str,
+        sensors: Vec<String>,
         flat: &[f64],
     ) -> Result<(), JsError> {
         let params: Value = serde_wasm_bindgen::from_value(params).map_err(sentence)?;
         let vehicle = vehicle(car)?;
         let mut run = AnyRun::new(estimator_of(name), &self.drive, &params, vehicle.as_ref()).map_err(sentence)?;
-        run.blind(Blindfold { sensor: sensor(blind)?, windows: windows(flat) });
+        for (name, window) in sensors.iter().zip(windows(flat)) {
+            run.blind(Blindfold { sensor: sensor(name)?, windows: vec![window] });
+        }
         self.slots.start(name, run);
         Ok(())
     }

@@ -4,6 +4,7 @@ import type { RoomName } from '../room-names';
 import { files } from './files';
 import { axis } from './axis';
 import { compass, gate, variants } from './magnetic';
+import { navigation } from './navigation';
 import { loops } from './loops';
 import { motion } from './motion';
 import { road } from './road';
@@ -15,6 +16,7 @@ export const en = {
   compass,
   axis,
   road,
+  navigation,
   loops,
   motion,
   name: 'Drivescope',
@@ -123,11 +125,12 @@ export const en = {
   },
   rooms: {
     label: 'Rooms',
-    names: { overview: 'Overview', road: 'Road and forces', motion: 'Motion' } satisfies Record<RoomName, string>,
+    names: { overview: 'Overview', road: 'Road and forces', motion: 'Motion', navigation: 'Navigation' } satisfies Record<RoomName, string>,
     about: {
       overview: 'Attitude, slope and motion mode',
       road: 'Slope, grade, body pitch, longitudinal acceleration and tyre forces',
       motion: 'Motion mode and why it was decided, labels, aids of land navigation, detectors of rest, the six-accelerometer sensor',
+      navigation: 'Position errors and their sigmas, sensors blinded, faults put in, what each measurement was worth',
     } satisfies Record<RoomName, string>,
     failed: (name: string) => `The room ${name} could not be loaded. Check the network and choose it again.`,
   },
@@ -191,6 +194,10 @@ export const en = {
     eastColumn: 'east',
     sigma: (value: string) => `±${value} m (3σ)`,
     outage: (seconds: string) => `no GNSS ${seconds} s`,
+    smoothed: 'smoothed',
+    blinded: 'blinded',
+    rejected: 'refused fixes',
+    ellipses: '3σ ellipses',
     readout: (north: string, east: string) => `N ${north} m  E ${east} m`,
   },
   transport: {

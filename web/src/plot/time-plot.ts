@@ -31,6 +31,8 @@ export interface PlotOptions {
   hasTimeAxis: boolean;
   /** Spacings of value ticks to choose from, where they are not decimal. */
   steps?: number[];
+  /** So long, s, a filter takes to find its start; if more is shown, that does not set the range of values. */
+  settling?: number;
   /** What it is drawn over, where that is not the axis of all plots. */
   axis?: Signal<Axis>;
 }
@@ -137,8 +139,9 @@ export class TimePlot {
   /** Draw curves on common instants, s since the start of the drive. `least` is the least height of the value axis. */
   setData(times: ArrayLike<number>, curves: CurveData[], least: number): void {
     const shown = curves.filter((c) => c.isShown);
-    this.#range = rangeOf(shown.map((c) => c.line), least, this.#options.isLog);
-    const bands = shown.flatMap((c) => (c.low && c.high && c.isBandShown ? [[c.low, c.high] as const] : []));
+    const from = settled(times, this.#options.settling ?? 0);
+    this.#range = rangeOf(shown.map((c) => c.line.slice(from)), least, this.#options.isLog);
+    const bands = shown.flatMap((c) => (c.low && c.high && c.isBandShown ? [[c.low.slice(from), c.high.slice(from)] as const] : []));
     if (!this.#options.isLog) this.#range = withBands(this.#range, bands);
     const none: Points = new Array(times.length).fill(null);
     const columns = curves.flatMap((c) => [c.low ?? none, c.high ?? none, c.line.length === times.length ? c.line : none]);
@@ -180,6 +183,13 @@ export class TimePlot {
   get canvas(): HTMLCanvasElement {
     return this.#plot.ctx.canvas;
   }
+}
+
+/** The first of some instants at which a filter has settled; 0 unless most of them are later. */
+function settled(times: ArrayLike<number>, settling: number): number {
+  let from = 0;
+  while (from < times.length && (times[from] as number) < settling) from++;
+  return from < 0.5 * times.length ? from : 0;
 }
 
 function isPower(value: number): boolean {

@@ -16,6 +16,8 @@ export interface TimeViewOptions {
   key: string;
   id?: string;
   lanes: LaneSpec[];
+  /** Estimators that are not spoken of where they cannot run. */
+  quiet?: readonly string[];
   /** Elements between title and buttons. */
   controls?: HTMLElement[];
 }
@@ -30,6 +32,7 @@ export class TimeView {
   #note = h('p.view-note', { hidden: true });
   #table: TablePanel;
   #estimators: string[];
+  #quiet: readonly string[];
   /** Ask for what is visible, once more if it changes meanwhile. */
   readonly refresh: () => void;
   readonly #readCursor: () => void;
@@ -40,8 +43,9 @@ export class TimeView {
     this.session = session;
     this.title = options.title;
     this.#estimators = estimatorsOf(options.lanes);
+    this.#quiet = options.quiet ?? [];
     const last = options.lanes.length - 1;
-    this.lanes = options.lanes.map((spec, i) => new Lane(store, spec, i === last));
+    this.lanes = options.lanes.map((spec, i) => new Lane(store, spec, spec.hasTimeAxis ?? i === last));
     this.#table = new TablePanel(store, session, options.title, () => this.#tableColumns());
     const label = t.views.focus(options.title, options.key);
     const header = h('header.view-header', {}, h('h2', { title: label }, options.title), ...(options.controls ?? []), h('span.spacer'), this.#table.button);
@@ -100,7 +104,7 @@ export class TimeView {
       if (error) return [t.errors.runFailed(titles(name), error)];
       const worst = trouble(this.store.run(name).value);
       if (worst) return [t.views.trouble(titles(name), worst.text, worst.count.toLocaleString('en'))];
-      if (isFurther || reply || running || !report || isRunnable(report, name)) return [];
+      if (isFurther || this.#quiet.includes(name) || reply || running || !report || isRunnable(report, name)) return [];
       const missing = report.estimators.find((e) => e.name === name)?.missing.filter((n) => n.required) ?? [];
       return [t.views.notRunnable(titles(name), missing.map((n) => n.label).join(', '))];
     });

@@ -26,6 +26,7 @@ class Overview extends Canvas {
     store.cursor.on(this.redraw);
     store.window.on(this.redraw);
     store.span.on(this.redraw);
+    store.faults.on(this.redraw);
   }
 
   protected override draw(context: CanvasRenderingContext2D): void {
@@ -36,6 +37,12 @@ class Overview extends Canvas {
     for (const s of this.modes) {
       context.fillStyle = modeColour(s.mode);
       context.fillRect(x(s.t0), floor + 2, Math.max(0.7, x(s.t1) - x(s.t0)), 4);
+    }
+    // Faults in the drive, above the silhouette.
+    context.fillStyle = palette.value.bad;
+    for (const fault of this.#store.faults.value) {
+      const [begin, end] = [Math.max(left, x(fault.from)), Math.min(right, x(fault.to))];
+      if (end > begin) context.fillRect(begin, 0, Math.max(1, end - begin), 3);
     }
     const shown = this.#store.window.value;
     const [from, to] = [x(shown.t0), x(shown.t1)];

@@ -3,6 +3,7 @@
 import type { CompassOperations } from '../compass/door';
 import type { MotionOperations } from '../motion/door';
 import type { Catalogue, Comparison, DriveReport, ParamValue, Progress, RunReport } from '../door';
+import type { Blind, NavigationOperations } from '../navigation/door';
 import type { RoadOperations } from '../road/door';
 
 /** What is read of a large file: columns by name, a part of its time (s after its beginning), every nth row. */
@@ -44,10 +45,11 @@ export interface RunReply {
 }
 
 /** Every operation: what it takes and what it gives. */
-export interface Operations extends CompassOperations, MotionOperations, RoadOperations {
+export interface Operations extends CompassOperations, MotionOperations, NavigationOperations, RoadOperations {
   catalogue: { takes: Record<string, never>; gives: Catalogue };
   open: { takes: OpenRequest; gives: DriveReport };
-  run: { takes: { estimator: string; params: Record<string, ParamValue>; vehicle: string | null }; gives: RunReply };
+  /** With `blind`, sensors see nothing in some windows. */
+  run: { takes: { estimator: string; params: Record<string, ParamValue>; vehicle: string | null; blind?: readonly Blind[] }; gives: RunReply };
   /** Length, number of points, points, speeds; see the core. */
   sketch: { takes: { name: string }; gives: Float64Array };
   /** JSON of a built-in drive. */

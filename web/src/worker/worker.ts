@@ -2,6 +2,7 @@
 
 import type { Door, Progress } from '../door';
 import init, { Session } from '../generated/drivescope_wasm.js';
+import type { Blind } from '../navigation/door';
 import { loadDoctor, Surgery } from './doctor';
 import { type DrivesDoor, loadDrives } from './drives';
 import { Making } from './making';
@@ -47,14 +48,17 @@ function fail(id: number, reason: unknown): void {
 }
 
 function runJob(door: Door, { id, args }: Request<'run'>): Job {
-  const { estimator, params, vehicle } = args;
+  const { estimator, params, vehicle, blind } = args;
   return {
     id,
     estimator,
     yields: false,
     waits: false,
     begun: false,
-    begin: () => door.begin_run(estimator, params, vehicle ?? undefined),
+    begin: () => {
+      if (blind) door.begin_blind_run(estimator, params, vehicle ?? undefined, blind.map((b) => b.sensor), flatten(blind));
+      else door.begin_run(estimator, params, vehicle ?? undefined);
+    },
     some: () => door.run_some(estimator, BUDGET),
     cancel: () => door.cancel_run(estimator),
     finish: () => ((hasEstimated = true), {
@@ -62,6 +66,31 @@ function runJob(door: Door, { id, args }: Request<'run'>): Job {
       previous: door.result(estimator, 'previous'),
       change: door.change(estimator),
     }),
+  };
+}
+
+/** Windows as the core takes them: begin, end, begin, end, ... */
+function flatten(windows: readonly Blind[]): Float64Array {
+  return Float64Array.from(windows.flatMap((w) => [w.t0, w.t1]));
+}
+
+/** A sweep goes on when nothing else is to be done; another one takes its place. */
+function sweepJob(door: Door, { id, args }: Request<'sweep'>): Job {
+  const { estimator, params, vehicle, plan } = args;
+  return {
+    id,
+    estimator: 'sweep',
+    yields: true,
+    waits: false,
+    begun: false,
+    begin: () => door.begin_sweep(estimator, params, vehicle ?? undefined, plan.sensor, plan.length, plan.step, plan.recovery),
+    some: () => door.sweep_some(BUDGET),
+    cancel: () => door.cancel_sweep(),
+    finish: () => {
+      const swept = door.swept();
+      door.cancel_sweep();
+      return swept;
+    },
   };
 }
 
@@ -221,7 +250,7 @@ const surgery = new Surgery(loadDoctor);
 
 /** The operations that are answered at once, or once the doctor is there. */
 const answers: {
-  [O in Exclude<keyof Operations, 'open' | 'run'>]: (
+  [O in Exclude<keyof Operations, 'open' | 'run' | 'sweep'>]: (
     door: Door,
     args: Operations[O]['takes'],
     drives: DrivesDoor,
@@ -236,6 +265,13 @@ const answers: {
   forget_run: (door, { name }) => [(door.forget_run(name), null), []],
   keep_previous: (door, { estimator, keep }) => [(door.keep_previous(estimator, keep), null), []],
   drop_previous: (door, { estimator }) => [(door.drop_previous(estimator), null), []],
+  drift: (door, { blinded, seeing, windows }) => [door.drift(blinded, seeing, flatten(windows)) ?? [], []],
+  set_faults: (door, { faults }) => {
+    // A sweep would go on with what is no longer there.
+    const sweep = jobs.find((job) => job.estimator === 'sweep');
+    if (sweep) cancel(sweep.id);
+    return [(door.set_faults(faults), null), []];
+  },
   compass: async (door, { year, latitude, longitude, withField }) => [await surgery.compass(door, year, latitude, longitude, withField), []],
   compass_apply: (door, { calibration, mountYaw, clock }) => {
     const numbers = [...calibration.offset, ...calibration.distortion];
@@ -299,6 +335,7 @@ self.onmessage = async (event: MessageEvent<ToWorker>) => {
     if (isDead) return;
     if (message.op === 'open') enqueue(openJob(door, drives, message as Request<'open'>));
     else if (message.op === 'run') enqueue(runJob(door, message as Request<'run'>));
+    else if (message.op === 'sweep') enqueue(sweepJob(door, message as Request<'sweep'>));
     else {
       const answer = answers[message.op] as (door: Door, args: unknown, drives: DrivesDoor) => Answer<unknown> | Promise<Answer<unknown>>;
       const [value, transfer] = await answer(door, message.args, drives);

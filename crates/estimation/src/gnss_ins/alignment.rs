@@ -217,7 +217,7 @@ mod tests {
             ..drivescope_drive::signals::Gnss::default()
         };
         let tuning = tuning(f64::NAN);
-        let fix = Fix::read(&gnss, &tuning.params).unwrap();
+        let fix = Fix::read(&gnss, Geodetic::default(), &tuning.params).unwrap();
         for (is_reversing, yaw) in [(false, 0.7), (true, 0.7 - std::f64::consts::PI)] {
             let start = moving_start(&fix, is_reversing, &tuning, GravityModel::Wgs84).unwrap();
             let angles = drivescope_drive::frames::euler_zyx(&start.filter.state.navigation.body_to_nav);

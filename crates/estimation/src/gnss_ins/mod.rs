@@ -6,6 +6,7 @@
 //! Inputs: specific force and rates; satellite position and velocity (or speed and course), or pseudoranges; odometer.
 //! Source: Yun & Yu 2007, equations (15) to (19), corrected; SPEC navigation 1 to 4, 7 and 11. Departures are named where they are
 //! made: [`covariance`] (nodes), [`alignment`] (start from a log as it comes), [`running`] (unknown yaw).
+//! A log with ranges and without fixes is navigated all the same: a fix is computed of them, without satellites that disagree.
 //! Sensors with their own clock: an odometer sample or a fix is used at the next inertial sample, the fix carried on to it
 //! with velocity and acceleration; one older than two inertial steps (at least 0.1 s) is dropped and counted.
 //! While the car stands and is levelled, rows show the state that the filter would start from.
@@ -53,6 +54,8 @@ use self::standing::{Rolling, Standing};
 use self::store::Store;
 pub use self::tuning::{Coupling, GnssInsParams, Gravity, Smoother, Tuning};
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
+use crate::gnss::first_frame;
+use crate::gnss::integrity::Integrity;
 use crate::ins::GravityModel;
 
 /// Shortest window at rest that a start is taken from when the car drives off, s.
@@ -81,6 +84,7 @@ pub struct GnssIns {
     standing: Standing,
     ground_speed: Option<(f64, f64)>,
     fix: Option<(f64, Fix)>,
+    raw_only: Option<Box<Integrity>>,
     ranges: Vec<Satellite>,
     ranges_time: Option<f64>,
     store: Option<Box<Store>>,
@@ -119,6 +123,7 @@ impl Estimator for GnssIns {
             standing: Standing::default(),
             ground_speed: None,
             fix: None,
+            raw_only: None,
             ranges: Vec::new(),
             ranges_time: None,
             store: (params.smoother == Smoother::Rts).then(Box::default),
@@ -132,6 +137,10 @@ impl Estimator for GnssIns {
     fn look_ahead(&mut self, drive: &Drive) {
         let speeds = drive.wheels.iter().map(|(_, wheels)| wheels.forward_speed());
         speeds.filter(|speed| speed.is_finite()).for_each(|speed| self.standing.learn(speed));
+        if !drive.has(Signal::GnssPosition) {
+            let p = &self.tuning.params;
+            self.raw_only = Some(Box::new(Integrity::new(p.gate_probability, p.gate, p.range_sigma)));
+        }
     }
 
     fn step(&mut self, epoch: &Epoch) -> Result<Option<GnssInsEstimate>, EstimatorError> {
@@ -205,7 +214,7 @@ const NEEDS: &[Need] = &[
     Need { signal: Signal::GyroY, required: true, why: "the attitude is integrated from all three rates" },
     Need { signal: Signal::GyroZ, required: true, why: "the attitude is integrated from all three rates" },
     Need {
-        signal: Signal::GnssPosition,
+        signal: Signal::SatellitePlace,
         required: true,
         why: "the trajectory starts at a satellite position and is held to them",
     },
@@ -243,20 +252,31 @@ impl GnssIns {
             self.ranges.extend_from_slice(ranges);
             self.ranges_time = Some(epoch.time);
         }
+        if let (Some(satellites), Some(integrity)) = (epoch.raw_gnss, &self.raw_only) {
+            let Some(frame) = self.frame.or_else(|| first_frame(satellites)) else { return };
+            self.row.satellites = satellites.len() as f64;
+            let fix = Fix::of_ranges(&frame, satellites, integrity, &self.tuning.params);
+            return fix.into_iter().for_each(|fix| self.keep(epoch.time, fix));
+        }
         let Some(gnss) = epoch.gnss else { return };
         let keep = |old: &mut f64, new: f64| *old = if new.is_finite() { new } else { *old };
         keep(&mut self.row.satellites, gnss.satellites);
         keep(&mut self.row.pdop, gnss.pdop);
-        let Some(fix) = Fix::read(&gnss, &self.tuning.params) else { return };
+        let origin = self.frame.map_or(NOMINAL_ORIGIN, |frame| frame.origin);
+        let Some(fix) = Fix::read(&gnss, origin, &self.tuning.params) else { return };
+        self.keep(epoch.time, fix);
+    }
+
+    fn keep(&mut self, time: f64, fix: Fix) {
         if fix.ground_speed.is_finite() {
-            self.ground_speed = Some((epoch.time, fix.ground_speed));
+            self.ground_speed = Some((time, fix.ground_speed));
         }
         if let Some(place) = fix.place {
             self.gravity.get_or_insert(if fix.is_local { GravityModel::Constant } else { GravityModel::Wgs84 });
             let origin = if fix.is_local { NOMINAL_ORIGIN } else { place };
             self.frame.get_or_insert_with(|| LocalFrame::new(origin));
         }
-        self.fix = Some((epoch.time, fix));
+        self.fix = Some((time, fix));
     }
 
     /// What is young enough to be used at an inertial sample at `time`, `dt` s after the one before.

@@ -33,7 +33,7 @@ pub fn latitude(i: usize) -> f64 {
 /// Files that are one drive.
 #[derive(Clone)]
 pub struct Sample {
-    /// What they are: the format, then what kind of it.
+    /// What they are.
     pub name: &'static str,
     /// Name and bytes of each.
     pub files: Vec<(&'static str, Vec<u8>)>,
@@ -52,12 +52,12 @@ pub fn all() -> Vec<Sample> {
         one("nmea", "log.nmea", nmea()),
         one("gpx", "log.gpx", gpx()),
         one("vbo", "log.vbo", vbo()),
-        one("oxts", "kitti.zip", zip(&kitti(), true)),
-        one("npy archive", "log.npz", zip(&arrays(), false)),
+        one("kitti", "kitti.zip", zip(&kitti(), true)),
+        one("npz", "log.npz", zip(&arrays(), false)),
         one("npy", "value.npy", npy(&[1.0, 2.0, 3.0], 1)),
-        one("gzip", "log.csv.gz", gzip(&csv(0))),
-        one("zip sensor logger", "phone.zip", zip(&sensor_logger(), true)),
-        one("zip phyphox", "phyphox.zip", zip(&phyphox(), true)),
+        one("csv.gz", "log.csv.gz", gzip(&csv(0))),
+        one("sensor logger", "phone.zip", zip(&sensor_logger(), true)),
+        one("phyphox", "phyphox.zip", zip(&phyphox(), true)),
         one("openxc", "trace.json", openxc()),
         bus("dbc", "empty.asc", asc()),
         bus("blf", "bus.blf", blf()),
