@@ -182,6 +182,12 @@ test('a log without truth shows states, and its drift is that against the run th
   await brush(page, 1, 0.4, 0.7);
   await page.waitForFunction(() => document.querySelectorAll('.drift-table tbody tr').length === 2);
   await page.locator('[data-view="navigation-states"][data-drawn~="orientation@blind"]').waitFor({ timeout: 60_000 });
+  await drifts(page, 2);
+  // The same window of two sensors: each row tells its own drift.
+  const [satellites, compass] = await rows(page);
+  assert.match(compass, /^Magnet\./);
+  assert.doesNotMatch(compass, /%/);
+  assert.match(satellites, /%/);
   assert.deepEqual(errors, []);
   await context.close();
 });

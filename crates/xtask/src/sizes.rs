@@ -34,9 +34,8 @@ const MODULES: [Module; 4] = [
     Module { name: "readers", mark: "_readers", budget: 430_000, is_on_demand: true },
 ];
 
-/// Files of a room are loaded when it is entered first: the folder of a room has a `room.ts`, which names them, or it is one
-/// module with a name of its own.
-const ROOMS: [&str; 2] = ["/room-", "/road-"];
+/// Files of a room are loaded when it is entered first: the folder of a large room has a `room.ts`, which names them.
+const ROOM: &str = "/room-";
 
 /// Gzipped bytes of the built page.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -99,7 +98,7 @@ impl Weight {
         let (all, wasm) = match MODULES.iter().position(|module| name.contains(module.mark)) {
             Some(i) if MODULES[i].is_on_demand => (&mut self.on_demand[i], &mut self.modules[i]),
             Some(i) => (&mut self.page, &mut self.modules[i]),
-            None if ROOMS.iter().any(|room| name.contains(room)) => (&mut self.rooms, &mut self.core),
+            None if name.contains(ROOM) => (&mut self.rooms, &mut self.core),
             None => (&mut self.page, &mut self.core),
         };
         if !name.ends_with(".map") {

@@ -33,7 +33,8 @@ export class OutageView {
   #history = new History<readonly Blind[]>([]);
   #windows: readonly Blind[] = [];
   #chosen: Blind | null = null;
-  #drifts: { windows: readonly Blind[]; drifts: Drift[] } = { windows: [], drifts: [] };
+  /** The drift in each window of which it is known; null where there is no estimate. */
+  #drifts: ReadonlyMap<Blind, Drift | null> = new Map();
   #gaps: readonly Span[] = [];
   readonly #table = h('div.drift-table');
   readonly #note = h('p.note');
@@ -106,7 +107,7 @@ export class OutageView {
       this.#store.blind.value = [];
     }
     this.#chosen = null;
-    this.#drifts = { windows: [], drifts: [] };
+    this.#drifts = new Map();
     this.#sweep.forget();
     this.#show();
   }
@@ -175,12 +176,7 @@ export class OutageView {
       this.#table.replaceChildren();
       return;
     }
-    const { windows, drifts } = this.#drifts;
-    const rows = this.#windows.map((window): TableRow => {
-      const isKnown = windows.includes(window);
-      const drift = drifts.find((d) => Math.abs(d.window[0] - window.t0) < 1e-6 && Math.abs(d.window[1] - window.t1) < 1e-6);
-      return { window, isKnown, drift: isKnown ? (drift ?? null) : null };
-    });
+    const rows = this.#windows.map((window): TableRow => ({ window, isKnown: this.#drifts.has(window), drift: this.#drifts.get(window) ?? null }));
     const focused = document.activeElement instanceof HTMLElement && this.#table.contains(document.activeElement) ? document.activeElement.dataset['field'] : undefined;
     const replace = (old: Blind, next: Blind[]): void => this.#apply(this.#windows.flatMap((w) => (w === old ? next : [w])));
     this.#table.replaceChildren(
@@ -194,17 +190,15 @@ export class OutageView {
 
   async #loadDrifts(): Promise<void> {
     const store = this.#store;
-    const windows = this.#windows;
-    const parts = await Promise.all(
-      ([['place', BLINDED, BASE], ['compass', BLIND_COMPASS, COMPASS]] as const).map(([what, blinded, seeing]) => {
-        const own = this.#of(what);
-        const isThere = own.length > 0 && store.run(blinded).value.reply !== null;
-        return isThere ? this.#session.rpc.call('drift', { blinded, seeing, windows: own }) : [];
-      }),
-    );
-    const done = windows.filter((w) => store.run(w.sensor === 'mag' ? BLIND_COMPASS : BLINDED).value.reply);
-    this.#drifts = { windows: done, drifts: parts.flat() };
-    this.element.dataset['drifts'] = String(parts.flat().length);
+    const known = new Map<Blind, Drift | null>();
+    for (const [what, blinded, seeing] of [['place', BLINDED, BASE], ['compass', BLIND_COMPASS, COMPASS]] as const) {
+      const own = this.#of(what);
+      if (own.length === 0 || store.run(blinded).value.reply === null) continue;
+      const drifts = await this.#session.rpc.call('drift', { blinded, seeing, windows: own });
+      for (const window of own) known.set(window, drifts.find((d) => Math.abs(d.window[0] - window.t0) < 1e-6 && Math.abs(d.window[1] - window.t1) < 1e-6) ?? null);
+    }
+    this.#drifts = known;
+    this.element.dataset['drifts'] = String([...known.values()].filter((drift) => drift !== null).length);
     this.#showTable();
   }
 
