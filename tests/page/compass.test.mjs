@@ -123,9 +123,10 @@ test('a saved calibration can be opened on another drive of the car', async () =
   const text = readFileSync(await download.path(), 'utf8');
   assert.equal(JSON.parse(text).offset.length, 3);
   await page.keyboard.press('Escape');
-  await drop(page, [{ name: 'iron_circles.json', text: ironCircles() }]);
-  await page.locator('.compass-warning').waitFor();
+  await drop(page, [{ name: 'other_circles.json', text: ironCircles().replace('iron_circles', 'other_circles') }]);
+  await shows(page, 'other_circles');
   await idle(page);
+  await page.locator('.compass-warning').waitFor();
   await drop(page, [{ name: 'calibration.json', text }]);
   await page.locator('.compass[data-state="applied"]').waitFor({ state: 'attached' });
   await page.locator('.compass-warning').waitFor({ state: 'hidden' });

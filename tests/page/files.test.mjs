@@ -100,3 +100,40 @@ test('results can be saved as CSV with the names of the core', async () => {
   assert.ok(text.split('\n').length > 1000);
   await context.close();
 });
+
+const READERS = /readers/;
+
+test('what reads files is loaded after the first estimates, and then a log opens without a network', async () => {
+  const { page, context, requests, errors } = await open(stage.browser, stage.url);
+  const readers = () => requests.filter((r) => READERS.test(r));
+  await page.locator('[data-view="1"][data-drawn~="orientation"]').waitFor({ state: 'attached', timeout: 60_000 });
+  assert.deepEqual(readers(), [], 'the opening does not wait for it');
+  await estimated(page);
+  while (!readers().some((r) => r.endsWith('.wasm'))) await page.waitForTimeout(50);
+  await page.waitForTimeout(1000);
+  await context.setOffline(true);
+  const before = requests.length;
+  await drop(page, [{ name: 'bend.csv', text: bendCsv(5) }]);
+  await shows(page, 'bend.csv');
+  assert.deepEqual(requests.slice(before).filter((r) => !r.endsWith('icon.svg')), []);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test('where what reads files cannot be loaded the page says so, keeps its drive, and opens the log once it can', async () => {
+  const { page, context } = await open(stage.browser, stage.url, {
+    prepare: (context) => context.route(READERS, (route) => route.abort()),
+  });
+  await estimated(page);
+  const name = await openDrive(page);
+  await drop(page, [{ name: 'bend.csv', text: bendCsv(5) }]);
+  const alert = page.locator('.error-banner [role=alert]');
+  await alert.getByText('bend.csv').waitFor();
+  assert.match(await alert.textContent(), /could not be loaded/);
+  assert.equal(await openDrive(page), name);
+  await context.unroute(READERS);
+  await drop(page, [{ name: 'bend.csv', text: bendCsv(5) }]);
+  await shows(page, 'bend.csv');
+  assert.equal(await page.locator('[role=alert]:visible').count(), 0);
+  await context.close();
+});

@@ -68,10 +68,11 @@ export function staged() {
  * Open the page and note what it does: errors on the console, requests.
  * @param {import('playwright-core').Browser} browser
  * @param {string} url
- * @param {object} [options] of the browser's context
+ * @param {object} [options] of the browser's context, and `prepare`, which is done with it before the page is asked for
  */
-export async function open(browser, url, options = {}) {
+export async function open(browser, url, { prepare, ...options } = {}) {
   const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, reducedMotion: 'reduce', ...options });
+  await prepare?.(context);
   const page = await context.newPage();
   const errors = [];
   const requests = [];

@@ -1,6 +1,7 @@
 //! Helpers of the tests: where the specifications' case logs and the real logs are, reading them, and comparing columns.
 
 pub mod mcap;
+pub mod svg;
 
 use std::collections::BTreeMap;
 use std::fs::File;

@@ -45,7 +45,7 @@ fn a_level_parked_car_shows_level_and_a_heading_that_does_not_move() {
 #[test]
 fn innovations_are_as_large_as_stated_or_the_page_says_why_not() {
     let drive = built_in();
-    for estimator in ESTIMATORS.iter().filter(|e| e.needs.iter().all(|n| !n.required || drive.has(n.signal))) {
+    for estimator in ESTIMATORS.iter().filter(|e| e.can_run(&drive)) {
         let run = run_by_name(estimator.name, &drive, &Value::Null, None).unwrap();
         for c in score(run.series(), &drive, None).consistency {
             let doc = estimator.columns.iter().find(|column| column.name == c.column).unwrap().doc;

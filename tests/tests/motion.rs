@@ -44,6 +44,12 @@ fn modes_are_right_and_prompt_over_eight_seeds() {
             // The inertial sensor alone: the body rocks after a stop, and the window of a second has to forget it.
             let alone = mode_score(&drive, estimator, &json!({"use_speed": false}));
             assert!(alone.accuracy >= 0.93 && alone.stop.max <= 1.6, "{name} {seed}: {alone:?}");
+            if estimator == "motion_mode" {
+                // A shorter window forgets it in time; the specification's cases ask for one of a second.
+                let quick = mode_score(&drive, estimator, &json!({"use_speed": false, "activity_window": 0.7}));
+                assert!(quick.stop.max <= 1.2 && quick.launch.max <= 1.0, "{name} {seed}: {quick:?}");
+                assert!(quick.stop.missed == 0 && quick.accuracy >= alone.accuracy, "{name} {seed}: {quick:?}");
+            }
             println!(
                 "{name} {seed}: accuracy {:.4}, guarded {:.4}, launch {:.2}, stop {:.2}, entry {:.2}, exit {:.2}; without wheels {:.4}, {:.4}, launch {:.2}, stop {:.2}",
                 m.accuracy,
@@ -285,23 +291,24 @@ fn modes_of_cars_in_circles_agree_with_their_fixes() {
         println!("{name}: {} inertial, {} fixes, span {:?}", drive.imu.len(), drive.gnss.len(), drive.span());
         // Without the satellites' speed: that is what the modes are held against.
         let series = estimate(&drive, "motion_mode", &json!({"use_speed": false}));
-        let found = agreement(&series, |t| {
+        // Where fixes a second apart tell neither rest from creeping nor a bend from their own noise, they say nothing.
+        let by_fixes = |t: f64| {
             let (speed, turn) = by_fixes(&drive, t)?;
-            Some(if speed < 0.4 {
-                0.0
-            } else if turn.abs() > 0.1 {
-                2.0
-            } else {
-                1.0
+            Some(match (speed, turn.abs()) {
+                (..0.1, _) => 0.0,
+                (1.0.., 0.08..) => 2.0,
+                (1.0.., ..0.04) => 1.0,
+                _ => return None,
             })
-        });
+        };
+        let found = agreement(&series, by_fixes);
         println!("{name}: {found:?}");
-        let [_, _, corners] = found.confusion;
-        let right = corners[2] as f64 / corners.iter().sum::<usize>() as f64;
-        assert!(right >= 0.9, "{name}: {right} of the rows in corners");
-        // The second car stands, starts its engine and stands again: the idling shakes it beyond the threshold learned before,
-        // and satellites do not tell rest. Its rests, and its creeping at walking pace, are not held to the limit.
-        assert!(name == "second car" || found.accuracy_guarded >= 0.95, "{name}: {found:?}");
+        // The second car's log begins with a still engine; once that runs, it shakes the standing car beyond the threshold
+        // learned before, and nothing tells that from motion: those two rests are counted here and not held to the limit.
+        let engine_starts = if name == "second car" { 11.4 } else { f64::INFINITY };
+        let found = agreement(&series, |t| by_fixes(t).filter(|mode| *mode > 0.0 || t < engine_starts));
+        println!("{name}, without rests with a running engine: {found:?}");
+        assert!(found.count > 2300 && found.accuracy_guarded >= 0.95, "{name}: {found:?}");
     }
 }
 

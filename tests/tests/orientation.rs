@@ -6,6 +6,7 @@ use drivescope_drive::drive::Drive;
 use drivescope_drive::frames::wrap_angle;
 use drivescope_estimation::registry::run_by_name;
 use drivescope_estimation::score::reference::TruthTable;
+use drivescope_simulation::rng::Rng;
 use drivescope_simulation::{named_with, simulate};
 use drivescope_tests::{open, rms, shared};
 use serde_json::json;
@@ -59,11 +60,55 @@ fn a_biased_lateral_accelerometer_tilts_the_robust_roll_by_its_bias_over_g() {
     assert!((-0.75..-0.4).contains(&tilt), "{tilt}");
 }
 
+/// The drive with the inertial sensors of the specification: noise of 0.1 deg/s and 0.05 m/s^2 in each sample and a gyro
+/// bias of 0.1 deg/s, but no bias of the accelerometer.
+fn truss_bridge(heading: usize, seed: u64) -> Drive {
+    let mut drive = built_in("truss_bridge", json!({"parts": {"imu": "ideal"}, "heading_deg": heading, "seed": seed}));
+    let mut rng = Rng::new(seed, "sensors of the specification");
+    for row in 0..drive.imu.len() {
+        let (_, mut imu) = drive.imu.at(row);
+        imu.gyro_z += (0.1 + 0.1 * rng.normal()).to_radians();
+        imu.accel_y += 0.05 * rng.normal();
+        drive.imu.replace(row, imu);
+    }
+    drive
+}
+
+fn yaw(drive: &Drive, variant: &str) -> f64 {
+    rms(errors(drive, variant, "yaw", |_, _| true))
+}
+
+#[test]
+fn from_twelve_headings_the_gated_yaw_errs_by_less_than_2_deg_and_the_ungated_one_by_more_than_10() {
+    // Requirement: 2 deg. Catches a gate that follows a truck's field before it shuts, and a start on noise where the
+    // field lies across the car.
+    for heading in (0..360).step_by(30) {
+        for seed in 1..=3 {
+            let drive = truss_bridge(heading, seed);
+            let (robust, ungated) = (yaw(&drive, "robust"), yaw(&drive, "road"));
+            println!("{heading} deg, seed {seed}: robust {robust:.2}, road {ungated:.1}");
+            assert!(robust <= 2.0, "{heading} deg, seed {seed}: robust {robust}");
+            assert!(ungated > 10.0, "{heading} deg, seed {seed}: road {ungated}");
+        }
+    }
+}
+
+#[test]
+fn with_a_biased_accelerometer_the_forward_one_keeps_the_yaw_within_2_deg_from_twelve_headings() {
+    // Sensors of stability control, whose accelerometers are off by 0.1 m/s^2 (1-sigma): `robust` cannot know that.
+    for heading in (0..360).step_by(30) {
+        for seed in 1..=2 {
+            let drive = built_in("truss_bridge", json!({"heading_deg": heading, "seed": seed}));
+            let found = yaw(&drive, "robust_ax");
+            assert!(found <= 2.0, "{heading} deg, seed {seed}: robust_ax {found}");
+        }
+    }
+}
+
 #[test]
 fn a_truss_bridge_trucks_and_a_tunnel_move_the_gated_yaw_by_less_than_2_deg_and_the_ungated_one_by_more_than_10() {
     let drive = built_in("truss_bridge", json!({}));
-    let yaw = |variant: &str| rms(errors(&drive, variant, "yaw", |_, _| true));
-    let (robust, with_accel_x, ungated) = (yaw("robust"), yaw("robust_ax"), yaw("road"));
+    let (robust, with_accel_x, ungated) = (yaw(&drive, "robust"), yaw(&drive, "robust_ax"), yaw(&drive, "road"));
     assert!(robust <= 2.0, "robust: {robust}");
     assert!(with_accel_x <= 2.0, "robust_ax: {with_accel_x}");
     assert!(ungated > 10.0, "road: {ungated}");

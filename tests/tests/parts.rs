@@ -46,6 +46,7 @@ fn assert_same(a: &Drive, b: &Drive) {
     let head =
         |d: &Drive| (d.name.clone(), d.vehicle.clone(), d.rear_axle.map(f64::to_bits), d.unix_zero.map(f64::to_bits));
     assert_eq!(head(a), head(b));
+    assert_eq!(a.disk, b.disk);
 }
 
 fn simulated(name: &str) -> Drive {
@@ -96,7 +97,8 @@ fn what_a_log_says_of_car_axle_and_date_survives_and_so_do_gaps() {
                 time,accel_x,gyro_z,speed,truth_yaw,truth_roll\n\
                 2024-05-01T10:00:00.000Z,0.1,,10,0.5,\n2024-05-01T10:00:00.010Z,-0.0,0.3,,,\n\
                 2024-05-01T10:00:00.020Z,,0.2,11,0.7,\n2024-05-01T10:00:00.030Z,0.3,0.1,12,,\n";
-    let (drive, _) = open_table(table("gaps.csv", text.as_bytes()), None).unwrap();
+    let (mut drive, _) = open_table(table("gaps.csv", text.as_bytes()), None).unwrap();
+    drive.disk = Some(drivescope_drive::disk::Disk::drawn(0.08));
     assert!(drive.rear_axle.is_some() && drive.unix_zero.is_some() && drive.vehicle.is_some());
     let cells = drive.imu.column("gyro_z").unwrap();
     assert!(cells[0].is_nan() && cells[1] == 0.3);

@@ -12,6 +12,7 @@ use drivescope_estimation::road_profile::{RoadProfile, SPACING};
 use drivescope_estimation::score::{Metric, score};
 use drivescope_estimation::slope::two_way::run_two_way;
 use drivescope_estimation::slope::{Slope, SlopeParams};
+use drivescope_tests::svg::{Curve, plot};
 use drivescope_tests::{open, rms, shared};
 
 const RAV4: &str = "data/comma2k19_rav4/canonical.csv";
@@ -50,6 +51,55 @@ fn the_motorway_drive_finds_its_own_mount_and_comes_below_half_a_degree() {
         found.rmse_centred.to_degrees(),
         found.rmse.to_degrees()
     );
+}
+
+/// A column at `rate` rows a second: seconds since the drive's start, deg.
+fn thinned(series: &Series, column: &str, start: f64, rate: f64, offset: f64) -> Vec<(f64, f64)> {
+    let (index, end) = (series.index_of(column).unwrap(), *series.time().last().unwrap());
+    let times = (0..).map(|k| start + f64::from(k) / rate).take_while(|t| *t <= end);
+    let points = times.map(|t| (t - start, series.interpolate(index, t, 1.0).to_degrees() - offset));
+    points.filter(|p| p.1.is_finite()).collect()
+}
+
+#[test]
+fn the_plot_of_the_motorway_drive_in_the_documents_is_what_comes_out() {
+    // DRIVESCOPE_GOLDEN_UPDATE writes it anew.
+    let Some(path) = shared(RAV4) else { return };
+    let drive = open(&path);
+    let start = drive.span().unwrap().0;
+    let causal = run::<Slope>(&drive, &SlopeParams::default(), None).unwrap().into_series();
+    let offset = find_forward_offset(&drive).unwrap().offset;
+    let params = SlopeParams { accel_offset: offset, use_gnss_height: true, ..SlopeParams::default() };
+    let corrected = run_two_way(&drive, &params, None).unwrap();
+    let told = |series: &Series| {
+        let found = grade(series, &drive);
+        (
+            found.bias.to_degrees(),
+            format!("correlation {:.3}, RMS {:.2} deg", found.correlation, found.rmse_centred.to_degrees()),
+        )
+    };
+    let ((bias, causal_told), (_, corrected_told)) = (told(&causal), told(&corrected));
+    let names = [
+        format!("as driven, defaults, {:.1} deg of mount taken off: {causal_told}", -bias),
+        format!("offset found, GNSS heights, both directions: {corrected_told}"),
+    ];
+    let curves = [
+        Curve { name: &names[0], colour: "#9aa4ae", width: 1.0, points: thinned(&causal, "grade", start, 5.0, bias) },
+        Curve { name: &names[1], colour: "#0b63bd", width: 1.8, points: thinned(&corrected, "grade", start, 5.0, 0.0) },
+        Curve { name: "truth", colour: "#15191e", width: 1.0, points: thinned(&drive.truth, "grade", start, 2.0, 0.0) },
+    ];
+    let title = "Grade of the motorway drive of comma2k19 (MIT licence): two estimates and the truth";
+    let drawn = plot(title, ("time, s", 0.0, 60.0, 10.0), ("grade, deg", -6.0, 6.0, 2.0), &curves);
+    let kept = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/slope_motorway.svg");
+    if std::env::var_os("DRIVESCOPE_GOLDEN_UPDATE").is_some() {
+        std::fs::write(&kept, &drawn).unwrap();
+    }
+    // The figures stand in the keys; a last digit of a coordinate may differ between machines.
+    let keys =
+        |text: &str| text.lines().filter(|l| l.starts_with("<text x=\"148\"")).map(String::from).collect::<Vec<_>>();
+    let written = std::fs::read_to_string(&kept).unwrap();
+    assert_eq!(keys(&drawn), keys(&written));
+    assert_eq!(drawn.len().abs_diff(written.len()) * 100 / drawn.len(), 0, "another plot is in the documents");
 }
 
 #[test]
@@ -145,5 +195,19 @@ fn a_wrong_mass_hardly_moves_the_grade_and_a_late_wheel_speed_does() {
             "{case}: {heavy} {light} {right}"
         );
         assert!(late >= right, "{case}: {late} late, {right} in time");
+    }
+}
+
+#[test]
+fn a_look_back_over_late_wheels_holds_the_sensor_back_in_both_directions_of_time() {
+    // A backward run that delays the sensor once more, or the wheels the wrong way, would be twice as late as no correction.
+    for case in ["b2_flat_accel_brake", "b4_mild_grade_accel_brake"] {
+        let Some(path) = shared(&format!("spec/slope/{case}.csv.gz")) else { return };
+        let late = with_earlier_wheels(&open(&path), -0.1).unwrap();
+        let matched = SlopeParams { wheel_latency: 0.1, ..SlopeParams::default() };
+        let both = SlopeParams { two_way: true, ..matched.clone() };
+        let [ahead, both] = [&matched, &both].map(|params| case_error(&late, params, 1.0));
+        println!("{case}: {ahead:.3} deg, looked back {both:.3} deg");
+        assert!(both < ahead, "{case}: {both} looked back, {ahead} looking ahead only");
     }
 }

@@ -1,6 +1,10 @@
 /** What crosses the door of the core (crates/wasm): plain objects with the core's own names, SI units and radians. */
 
 import type { CompassDoor } from './compass/door';
+import type { NavigationDoor } from './navigation/door';
+import type { Disk } from './motion/disk-file';
+import type { MotionDoor } from './motion/door';
+import type { RoadDoor } from './road/door';
 
 export type ParamValue = number | boolean | string | null;
 
@@ -85,7 +89,7 @@ export interface OpenReport {
   notes: string[];
   warnings: OpenWarning[];
   /** What the log was read with, for saving. */
-  mapping: unknown;
+  mapping: { disk?: Disk } | null;
 }
 
 /** Something that was passed over or looks wrong. */
@@ -200,22 +204,18 @@ export interface Comparison {
   consistency: Change[];
 }
 
-/** What a drive that was read says besides its columns: name, parameters of the car, rear axle, Unix time of t = 0, and how it was read. */
-export type DriveHead = [string, Float64Array | undefined, number | undefined, number | undefined, OpenReport];
+/** What a drive says besides its columns: name, parameters of the car, rear axle, Unix time of t = 0, how it was read, if it was, and the numbers of its six-accelerometer disk. */
+export type DriveHead = [string, Float64Array | undefined, number | undefined, number | undefined, OpenReport | undefined, Float64Array | undefined];
 /** Part of a drive: name, names of its columns, times, columns; an empty column has no value. */
 export type DrivePart = [string, string[], Float64Array, Float64Array[]];
 
 /** The session as the worker sees it. */
-export interface Door extends CompassDoor {
-  catalogue(): Catalogue;
-  sketch(name: string): Float64Array;
-  description(name: string): string;
-  begin_simulation(name: string, seed: number | undefined, composed: string | undefined): void;
+export interface Door extends CompassDoor, MotionDoor, NavigationDoor, RoadDoor {
+  catalogue(): Omit<Catalogue, 'drives'>;
   begin_parts(...head: DriveHead): void;
   add_part(...part: DrivePart): void;
-  open_some(budgetMs: number): Progress;
-  cancel_open(): void;
-  preview_open(): DriveReport;
+  end_parts(): void;
+  cancel_parts(): void;
   report(): DriveReport;
   begin_run(estimator: string, params: Record<string, ParamValue>, vehicle: string | null | undefined): void;
   run_some(estimator: string, budgetMs: number): Progress;

@@ -7,7 +7,9 @@ export interface KeyActions {
   openDialog(): void;
   chooseDrive(): void;
   showPapers(): void;
+  showLoops(): void;
   showHelp(): void;
+  nextRoom(): void;
   focusView(key: string): void;
   focusParams(): void;
   undo(): void;
@@ -61,9 +63,16 @@ export function listenToKeys(store: Store, actions: KeyActions): void {
     '2': () => actions.focusView('2'),
     '3': () => actions.focusView('3'),
     '4': () => actions.focusView('4'),
+    '5': () => actions.focusView('5'),
+    '6': () => actions.focusView('6'),
+    v: () => actions.nextRoom(),
+    x: () => {
+      store.over.value = store.over.value === 'time' ? 'distance' : 'time';
+    },
     p: () => actions.focusParams(),
     d: () => actions.chooseDrive(),
     g: () => actions.showPapers(),
+    c: () => actions.showLoops(),
     o: () => actions.openDialog(),
     '?': () => actions.showHelp(),
     Escape: () => {

@@ -2,6 +2,7 @@
 
 import './style/base.css';
 import './style/layout.css';
+import './style/dialog.css';
 import './style/plots.css';
 import './style/panel.css';
 import './style/score.css';
@@ -11,16 +12,20 @@ import { CompassDialog } from './compass/dialog';
 import { Doctor } from './compass/doctor';
 import { h, iconButton, save } from './dom';
 import type { ParamValue } from './door';
-import { dropTarget, openFiles } from './files';
+import { dropTarget, labelsAmong, openFiles } from './files';
 import type { Trial } from './gallery/door';
 import type { Gallery } from './gallery/gallery';
+import type { Loops } from './loops/gallery-loops';
 import { listenToKeys } from './keys';
 import { t } from './messages';
+import { FaultSwitch } from './navigation/fault-switch';
+import { offerIn } from './panel/offer';
 import { ReportPanel } from './panel/report';
 import { errorBanner, statusLine } from './panel/status';
 import { TunePanel } from './panel/tune';
 import { picture } from './picture';
 import { followTheme } from './plot/palette';
+import { Rooms } from './rooms';
 import { Session } from './session';
 import { Store } from './state';
 import { fromHash, History, type Tuning, withParam } from './tuning';
@@ -31,6 +36,7 @@ import { modeView } from './views/mode';
 import { slopeView } from './views/slope';
 import { TrajectoryView } from './views/trajectory';
 import { Transport } from './views/transport';
+import type { OpenRequest } from './worker/rpc';
 
 /** Seconds of a long drive that are simulated before they are estimated and shown; the rest follows. */
 const FIRST_LOOK = 120;
@@ -55,6 +61,16 @@ const report = new ReportPanel(store);
 const help = helpDialog(store);
 const drives = new DriveDialog(store, session, (name, seed) => void openBuiltIn(name, seed));
 const side = sidePanel();
+const faults = new FaultSwitch(store, session);
+const rooms = new Rooms(store, {
+  overview: () => ({
+    elements: [...views.map((v) => v.element), mode.element],
+    pictures: () => [...views, mode].map((v, i) => [['attitude', 'slope', 'mode'][i] ?? '', v.canvases()]),
+  }),
+  road: async () => (await import('./road/room')).roadRoom(store, session, history),
+  motion: async () => (await import('./motion/room')).motionRoom(store, session, history),
+  navigation: async () => (await import('./navigation/room')).navigationRoom(store, session, faults),
+});
 
 async function openBuiltIn(name: string, seed: number | null = null): Promise<void> {
   const drive = store.catalogue.value?.drives.find((d) => d.name === name);
@@ -99,19 +115,47 @@ async function showPapers(): Promise<void> {
   }
 }
 
+let loops: Promise<Loops> | null = null;
+
+/** The closed loops come with the gallery's module, when they are opened first. */
+async function showLoops(): Promise<void> {
+  loops ??= import('./loops/gallery-loops').then(({ Loops }) => {
+    const made = new Loops(store);
+    document.querySelector('.page')?.append(made.element);
+    return made;
+  });
+  try {
+    (await loops).show();
+  } catch (reason) {
+    loops = null;
+    tell(reason);
+  }
+}
+
 function tell(reason: unknown): void {
   store.error.value = reason instanceof Error ? reason.message : String(reason);
 }
 
 async function openDropped(files: File[]): Promise<void> {
-  if (await openFiles(store, session, files, FIRST_LOOK, (text) => doctor.applySaved(text))) side.showReport(true);
+  const labels = await labelsAmong(files);
+  const others = files.filter((file) => file !== labels?.file);
+  if (await openFiles(store, session, others, FIRST_LOOK, (text) => doctor.applySaved(text))) side.showReport(true);
+  if (!labels) return;
+  store.room.value = 'motion';
+  (await import('./motion/paint')).takeLabels(store, labels.text, labels.file.name);
+}
+
+/** Open a part of a log that does not fit as a whole. */
+async function openPart(request: OpenRequest, label: string): Promise<void> {
+  if (!(await session.open(request, label))) return;
+  side.showReport(true);
+  await session.runAll();
 }
 
 function savePictures(): void {
-  const named = [...views.map((v) => v.canvases()), mode.canvases(), [trajectory.canvas]];
-  ['attitude', 'slope', 'mode', 'trajectory'].forEach((name, i) => {
-    picture(named[i] ?? []).toBlob((blob) => blob && save(`${name}.png`, blob, 'image/png'));
-  });
+  for (const [name, canvases] of [...rooms.pictures(), ['trajectory', [trajectory.canvas]] as const]) {
+    picture([...canvases]).toBlob((blob) => blob && save(`${name}.png`, blob, 'image/png'));
+  }
 }
 
 /** The side panel: parameters and results, or what the log holds. */
@@ -133,6 +177,7 @@ const bar = header(store, session, {
   showHelp: () => help.showModal(),
   showReport: () => side.toggleReport(),
   showPapers: () => void showPapers(),
+  showLoops: () => void showLoops(),
 }, drives.button, statusLine(store, session));
 
 document.querySelector('#app')?.replaceWith(
@@ -140,8 +185,9 @@ document.querySelector('#app')?.replaceWith(
     'div.page',
     {},
     bar.element,
-    errorBanner(store),
-    h('main', {}, h('div.time-views', {}, ...views.map((v) => v.element), mode.element), h('div.side-column', {}, trajectory.element, side.element)),
+    offerIn(errorBanner(store), store, (request, label) => void openPart(request, label).catch(tell)),
+    faults.sign,
+    h('main', {}, rooms.element, h('div.side-column', {}, trajectory.element, side.element)),
     transport.element,
     dropTarget((files) => void openDropped(files)),
     help,
@@ -155,9 +201,11 @@ listenToKeys(store, {
   openDialog: bar.openDialog,
   chooseDrive: () => drives.show(),
   showPapers: () => void showPapers(),
+  showLoops: () => void showLoops(),
   showHelp: () => (help.open ? help.close() : help.showModal()),
+  nextRoom: () => rooms.next(),
   focusView: (key) => {
-    const view = document.querySelector<HTMLElement>(`[data-view="${key}"]`);
+    const view = [...document.querySelectorAll<HTMLElement>(`[data-key="${key}"]`)].find((v) => v.checkVisibility());
     view?.focus();
     view?.scrollIntoView({ block: 'nearest' });
   },
@@ -177,8 +225,14 @@ async function start(): Promise<void> {
   history.push(address.tuning);
   store.catalogue.value = catalogue;
   store.tuning.value = address.tuning;
+  store.room.value = address.room;
+  store.overlays.value = address.overlays;
+  store.over.value = address.over ?? 'time';
   followAddress(store, (hash) => {
-    const { tuning, drive, seed } = fromHash(hash, catalogue);
+    const { tuning, drive, seed, room, overlays, over } = fromHash(hash, catalogue);
+    store.room.value = room;
+    store.overlays.value = overlays;
+    store.over.value = over ?? 'time';
     history.push(tuning);
     store.tuning.value = tuning;
     if (drive !== null && (drive !== store.builtIn.value?.name || seed !== store.builtIn.value.seed)) void openBuiltIn(drive, seed);

@@ -4,7 +4,7 @@ import type { DriveReport } from './door';
 import { t } from './messages';
 import { estimatorOf, isRunnable, overlayRun, type Store } from './state';
 import { sameFor, type Tuning } from './tuning';
-import { Cancelled, type OpenRequest, type Pending, RpcClient, type RunReply, Unloaded } from './worker/rpc';
+import { Cancelled, type OpenRequest, type Pending, RpcClient, type RunReply, TooLarge, Unloaded } from './worker/rpc';
 
 /** A run expected to end sooner than this (s) is let finish while a slider moves, so that the curve follows. */
 const SHORT_RUN = 0.4;
@@ -36,6 +36,8 @@ export class Session {
     });
     store.tuning.on((tuning) => this.#retune(tuning));
     store.overlays.on((now, before) => this.#overlay(now, before));
+    store.wanted.on(() => this.#catchUp());
+    store.estimator.on(() => this.#catchUp());
   }
 
   /** Open a drive and estimate it; what is open stays until that has succeeded. True if it has. */
@@ -50,6 +52,7 @@ export class Session {
     this.#opening = pending;
     store.work.value = { label, progress: null, cancel: pending.cancel };
     store.error.value = null;
+    store.offer.value = null;
     try {
       const report = await pending.answer;
       for (const runner of this.#runners.values()) runner.tuned = null;
@@ -66,7 +69,8 @@ export class Session {
     } catch (reason) {
       this.#rest = rest;
       this.#store.isRestHeld.value = true;
-      if (reason instanceof Unloaded) store.error.value = t.errors.readers(label);
+      if (reason instanceof TooLarge && request.kind === 'files') store.offer.value = { ...reason.offer, request, label };
+      if (reason instanceof Unloaded) store.error.value = t.files.unloaded(label);
       else if (!(reason instanceof Cancelled)) store.error.value = reason instanceof Error ? reason.message : String(reason);
       return false;
     } finally {
@@ -77,11 +81,10 @@ export class Session {
     }
   }
 
-  /** Run every estimator that can run; then open the rest of a drive of which only the beginning is there. */
+  /** Run every estimator that is wanted and can run; then open the rest of a drive of which only the beginning is there. */
   async runAll(): Promise<void> {
     this.#store.isRestHeld.value = false;
-    const estimators = (this.#store.catalogue.value?.estimators ?? []).map((e) => e.name);
-    const names = [...estimators, ...this.#store.overlays.value.map(overlayRun)];
+    const names = [...this.#wanted(), ...this.#store.overlays.value.map(overlayRun)];
     for (const name of names) this.#request(name);
     const drive = this.#store.report.value;
     await Promise.all(names.map((name) => new Promise<void>((resolve) => this.#whenIdle(name, resolve))));
@@ -92,7 +95,13 @@ export class Session {
 
   /** Estimate anew what has been estimated: the drive's measurements have changed. */
   rerun(): void {
-    for (const [name, runner] of this.#runners) if (runner.tuned) this.#request(name);
+    for (const [name, runner] of this.#runners) {
+      if (runner.tuned && this.#isKept(name)) this.#request(name);
+      else if (runner.tuned) {
+        runner.tuned = null;
+        this.#store.clearRun(name);
+      }
+    }
   }
 
   /** Give up every run under way; earlier results stay. */
@@ -141,7 +150,27 @@ export class Session {
 
   #retune(tuning: Tuning): void {
     for (const [estimator, runner] of this.#runners) {
-      if (runner.tuned && !sameFor(estimatorOf(estimator), tuning, runner.tuned)) this.#request(estimator);
+      if (runner.tuned && this.#isKept(estimator) && !sameFor(estimatorOf(estimator), tuning, runner.tuned)) this.#request(estimator);
+    }
+  }
+
+  /** The estimators that are to be run. */
+  #wanted(): string[] {
+    const names = (this.#store.catalogue.value?.estimators ?? []).map((e) => e.name);
+    return names.filter((name) => this.#store.isWanted(name));
+  }
+
+  /** Whether the result of a run is kept up to date; a further run is, until it is forgotten. */
+  #isKept(run: string): boolean {
+    return estimatorOf(run) !== run || this.#store.isWanted(run);
+  }
+
+  /** Run what has become wanted and has no result for the open drive as it is tuned now. */
+  #catchUp(): void {
+    if (!this.#store.report.value) return;
+    for (const name of this.#wanted()) {
+      const tuned = this.#runners.get(name)?.tuned;
+      if (!tuned || !sameFor(name, this.#store.tuning.value, tuned)) this.#request(name);
     }
   }
 

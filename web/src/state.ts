@@ -1,10 +1,14 @@
 /** Everything the page knows, in one place; views listen to the parts they show. */
 
 import type { Catalogue, DriveReport, Progress } from './door';
+import type { Blind, Fault } from './navigation/door';
+import type { Disk } from './motion/disk-file';
+import { type Axis, axis, timeAxis } from './plot/axis';
+import type { RoomName } from './room-names';
 import { Signal } from './signal';
 import { type Tuning, UNTUNED } from './tuning';
 import { DEFAULT_DISPLAY, type Display } from './units';
-import type { RunReply } from './worker/rpc';
+import type { Offer, OpenRequest, RunReply } from './worker/rpc';
 
 /** A stretch of time, s. */
 export interface Span {
@@ -51,14 +55,17 @@ export interface Work {
 /** Share of the rows from which a notice is trouble. */
 const OFTEN = 0.02;
 
-/** Shortest stretch that can be zoomed into, s. */
+/** Shortest stretch that can be zoomed into, s, and m of a plot over distance. */
 const SHORTEST = 0.05;
+const SHORTEST_WAY = 0.5;
 
 export class Store {
   readonly catalogue = new Signal<Catalogue | null>(null);
   readonly report = new Signal<DriveReport | null>(null);
   readonly work = new Signal<Work | null>(null);
   readonly error = new Signal<string | null>(null);
+  /** What can be read of a log that does not fit into memory, with what asked for it. */
+  readonly offer = new Signal<(Offer & { request: Extract<OpenRequest, { kind: 'files' }>; label: string }) | null>(null);
   /** Whether the rest of a drive waits to be asked for, because someone stopped it or opening another has failed. */
   readonly isRestHeld = new Signal(false);
   readonly builtIn = new Signal<{ name: string; seed: number | null } | null>(null);
@@ -68,14 +75,44 @@ export class Store {
   readonly cursor = new Signal(0);
   readonly isPlaying = new Signal(false);
   readonly rate = new Signal(10);
+  /** What plots are to be drawn over; `axis` is what they are drawn over, which is time until the distance is known. */
+  readonly over = new Signal<Axis['kind']>('time');
 
   readonly display = new Signal<Display>(DEFAULT_DISPLAY);
   readonly theme = new Signal<'auto' | 'light' | 'dark'>('auto');
   readonly tuning = new Signal<Tuning>(UNTUNED);
+  readonly room = new Signal<RoomName>('overview');
   readonly estimator = new Signal<string>('orientation');
+  /** Estimators that what is shown needs, each as often as something needs it; see `want`. */
+  readonly wanted = new Signal<readonly string[]>([]);
   /** Variants of orientation that are drawn with the one that is tuned. */
   readonly overlays = new Signal<readonly string[]>([]);
+  /** Windows in which sensors are blind in further runs. */
+  readonly blind = new Signal<readonly Blind[]>([]);
+  /** Faults in the open drive. */
+  readonly faults = new Signal<readonly Fault[]>([]);
+  /** Motion modes painted by hand: times and, in the second half, modes. */
+  readonly labels = new Signal<Float64Array>(new Float64Array(0));
+  /** The calibrated six-accelerometer disk that the open log is read with; null for the drawing. */
+  readonly disk = new Signal<Disk | null>(null);
   #runs = new Map<string, Signal<RunState>>();
+
+  /** Something is shown that needs these estimators: they are run for every drive, until what is returned is called. */
+  want(estimators: readonly string[]): () => void {
+    this.wanted.value = [...this.wanted.value, ...estimators];
+    let rest = estimators;
+    return () => {
+      const left = [...this.wanted.value];
+      for (const name of rest) left.splice(left.indexOf(name), 1);
+      rest = [];
+      this.wanted.value = left;
+    };
+  }
+
+  /** Whether an estimator is to be run: for what is shown, or because it was chosen to be tuned. */
+  isWanted(estimator: string): boolean {
+    return this.estimator.value === estimator || this.wanted.value.includes(estimator);
+  }
 
   /** The runs of an estimator. */
   run(estimator: string): Signal<RunState> {
@@ -105,7 +142,10 @@ export class Store {
     const [window, cursor] = [this.window.value, this.cursor.value];
     const isZoomed = window.t1 - window.t0 < this.span.value.t1 - this.span.value.t0;
     if (!isRest) this.isPlaying.value = false;
+    if (!isRest) this.labels.value = new Float64Array(0);
+    this.disk.value = report.import?.mapping?.disk ?? null;
     for (const run of this.#runs.values()) run.value = NO_RUN;
+    axis.value = timeAxis(span.t0);
     this.span.value = span;
     this.window.value = isRest && isZoomed ? window : span;
     this.cursor.value = isRest ? cursor : span.t0;
@@ -117,25 +157,32 @@ export class Store {
     return time - this.span.value.t0;
   }
 
-  /** Show a stretch, kept inside the drive. */
-  show(t0: number, t1: number): void {
-    const span = this.span.value;
-    const length = Math.min(Math.max(t1 - t0, SHORTEST), span.t1 - span.t0);
-    const middle = (t0 + t1) / 2;
-    const start = Math.min(Math.max(middle - length / 2, span.t0), span.t1 - length);
-    this.window.value = { t0: start, t1: start + length };
+  /** Show a stretch, kept inside the drive; where it has to be moved or widened, along the axis `on`. */
+  show(t0: number, t1: number, on: Axis = axis.value): void {
+    this.#showPlaces(on.place(t0), on.place(t1), on);
+  }
+
+  #showPlaces(from: number, to: number, on: Axis): void {
+    const { t0, t1 } = this.span.value;
+    const [start, end] = [on.place(t0), on.place(t1)];
+    const shortest = on.kind === 'time' ? SHORTEST : SHORTEST_WAY;
+    const length = Math.min(Math.max(to - from, shortest), end - start);
+    const left = Math.min(Math.max((from + to - length) / 2, start), end - length);
+    // Both ends of the drive are met exactly.
+    this.window.value = { t0: left <= start ? t0 : on.time(left), t1: left + length >= end ? t1 : on.time(left + length) };
   }
 
   /** Show `factor` times as much, with the instant `about` staying in place. */
-  zoom(factor: number, about: number): void {
+  zoom(factor: number, about: number, on: Axis = axis.value): void {
     const { t0, t1 } = this.window.value;
-    this.show(about - (about - t0) * factor, about + (t1 - about) * factor);
+    const [from, to, still] = [on.place(t0), on.place(t1), on.place(about)];
+    this.#showPlaces(still - (still - from) * factor, still + (to - still) * factor, on);
   }
 
   /** Move what is shown by a share of its length. */
-  pan(share: number): void {
-    const { t0, t1 } = this.window.value;
-    this.show(t0 + share * (t1 - t0), t1 + share * (t1 - t0));
+  pan(share: number, on: Axis = axis.value): void {
+    const [from, to] = [on.place(this.window.value.t0), on.place(this.window.value.t1)];
+    this.#showPlaces(from + share * (to - from), to + share * (to - from), on);
   }
 
   /** Put the cursor at an instant of the drive. */
@@ -149,8 +196,8 @@ export class Store {
     const { t0, t1 } = this.window.value;
     const time = this.cursor.value;
     if (time >= t0 && time <= t1) return;
-    const length = t1 - t0;
-    this.show(time - 0.05 * length, time + 0.95 * length);
+    const [place, length] = [axis.value.place(time), axis.value.place(t1) - axis.value.place(t0)];
+    this.#showPlaces(place - 0.05 * length, place + 0.95 * length, axis.value);
   }
 }
 

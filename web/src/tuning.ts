@@ -1,6 +1,7 @@
 /** What the reader has tuned: only what differs from the defaults, with undo, and as text in the address. */
 
 import type { Catalogue, ParamSpec, ParamValue } from './door';
+import { ROOM_NAMES, type RoomName } from './room-names';
 
 export interface Tuning {
   /** By estimator, then by parameter. */
@@ -84,18 +85,25 @@ export class History<T> {
   }
 }
 
-/** What an address says: a built-in drive and a tuning. */
+/** What an address says: a built-in drive, the room that is entered, variants drawn beside the estimate, and a tuning. */
 export interface Address {
   drive: string | null;
   seed: number | null;
+  room: RoomName;
+  overlays: readonly string[];
+  /** What plots are drawn over; time where it is not said. */
+  over?: 'distance' | 'time';
   tuning: Tuning;
 }
 
 /** The part of an address after `#`. */
-export function toHash({ drive, seed, tuning }: Address): string {
+export function toHash({ drive, seed, room, overlays, over, tuning }: Address): string {
   const search = new URLSearchParams();
   if (drive !== null) search.set('drive', drive);
   if (seed !== null) search.set('seed', String(seed));
+  if (room !== 'overview') search.set('room', room);
+  if (overlays.length > 0) search.set('overlays', overlays.join(' '));
+  if (over === 'distance') search.set('over', over);
   if (tuning.vehicle !== null) search.set('vehicle', tuning.vehicle);
   for (const [estimator, own] of Object.entries(tuning.params)) {
     for (const [name, value] of Object.entries(own)) search.set(`${estimator}.${name}`, String(value));
@@ -115,6 +123,13 @@ function parseValue(spec: ParamSpec, text: string): ParamValue | undefined {
       return value >= spec.min && value <= spec.max ? value : undefined;
     }
   }
+}
+
+/** The variants that a text names, each once and in the order of the choice. */
+function overlaysOf(text: string, catalogue: Catalogue): string[] {
+  const named = text.split(' ');
+  const specs = catalogue.estimators.flatMap((e) => e.params.filter((p) => e.name === 'orientation' && p.name === 'variant'));
+  return specs.flatMap((spec) => (spec.kind === 'choice' ? spec.options.filter((option) => named.includes(option)) : []));
 }
 
 /** Read an address; what this build does not know or cannot take is left out. */
@@ -137,6 +152,9 @@ export function fromHash(hash: string, catalogue: Catalogue): Address {
   return {
     drive: catalogue.drives.some((d) => d.name === drive) ? drive : null,
     seed: seed !== null && /^\d{1,15}$/.test(seed) ? Number(seed) : null,
+    room: ROOM_NAMES.find((name) => name === search.get('room')) ?? 'overview',
+    overlays: overlaysOf(search.get('overlays') ?? '', catalogue),
+    ...(search.get('over') === 'distance' ? { over: 'distance' as const } : {}),
     tuning,
   };
 }

@@ -10,7 +10,7 @@ export interface Display {
 export const DEFAULT_DISPLAY: Display = { angle: 'deg', speed: 'km/h', grade: 'percent', axes: 'sae' };
 
 /** What a number is of, which decides how it is shown. */
-export type Quantity = 'angle' | 'grade' | 'speed' | 'plain';
+export type Quantity = 'angle' | 'rate' | 'grade' | 'speed' | 'plain';
 
 const DEGREES = 180 / Math.PI;
 const SPEED_FACTOR: Record<Display['speed'], number> = { 'km/h': 3.6, 'm/s': 1, mph: 1 / 0.44704 };
@@ -35,6 +35,7 @@ export function axisSign(column: string, display: Display): 1 | -1 {
 export function convert(quantity: Quantity, value: number, display: Display): number {
   switch (quantity) {
     case 'angle':
+    case 'rate':
       return display.angle === 'deg' ? value * DEGREES : value;
     case 'grade':
       if (display.grade === 'percent') return 100 * Math.tan(value);
@@ -56,6 +57,8 @@ export function unitLabel(quantity: Quantity, unit: string, display: Display): s
   switch (quantity) {
     case 'angle':
       return display.angle === 'deg' ? '°' : 'rad';
+    case 'rate':
+      return display.angle === 'deg' ? '°/s' : 'rad/s';
     case 'grade':
       if (display.grade === 'percent') return '%';
       return display.angle === 'deg' ? '°' : 'rad';
@@ -109,7 +112,7 @@ export function formatSignificant(value: number | null | undefined, significant 
 
 /** Digits after the point that suit a displayed quantity. */
 export function digitsOf(quantity: Quantity, display: Display): number {
-  if (quantity === 'angle' || (quantity === 'grade' && display.grade === 'angle')) return display.angle === 'deg' ? 2 : 4;
+  if (quantity === 'angle' || quantity === 'rate' || (quantity === 'grade' && display.grade === 'angle')) return display.angle === 'deg' ? 2 : 4;
   return quantity === 'speed' ? 1 : 2;
 }
 
@@ -123,4 +126,10 @@ export function formatTime(seconds: number, digits = 1): string {
   const rest = (total % 60).toFixed(digits).padStart(digits > 0 ? 3 + digits : 2, '0');
   const sign = seconds < 0 ? '−' : '';
   return hours > 0 ? `${sign}${hours}:${String(minutes).padStart(2, '0')}:${rest}` : `${sign}${minutes}:${rest}`;
+}
+
+/** Metres, from a kilometre on in kilometres. */
+export function formatDistance(metres: number): string {
+  if (!Number.isFinite(metres)) return '–';
+  return metres < 1000 ? `${formatFixed(metres, 0)} m` : `${formatFixed(metres / 1000, 2)} km`;
 }

@@ -1,8 +1,8 @@
 import { expect, test } from 'vitest';
-import { rangeOf, timeLabels, valueLabels, withBand } from '../src/plot/axes';
+import { rangeOf, timeLabels, valueLabels, withBands } from '../src/plot/axes';
 import { band, breakTurns, withGaps } from '../src/plot/gaps';
 import { outagesOf } from '../src/plot/map';
-import { stretches } from '../src/plot/mode-strip';
+import { stretches } from '../src/plot/strip';
 
 test('what is not finite becomes a gap, also at the start where uPlot would lose its range', () => {
   expect(withGaps(Float64Array.of(Number.NaN, 1, Number.POSITIVE_INFINITY, 2), (v) => 2 * v)).toEqual([null, 2, null, 4]);
@@ -33,8 +33,11 @@ test('a logarithmic range takes positive values only', () => {
 });
 
 test('a band that dwarfs the curves is cut off', () => {
-  expect(withBand([-1, 1], [-100], [100])).toEqual([-1.6, 1.6]);
-  expect(withBand([-1, 1], [-0.5], [0.5])).toEqual([-1, 1]);
+  expect(withBands([-1, 1], [[[-100], [100]]])).toEqual([-1.6, 1.6]);
+  expect(withBands([-1, 1], [[[-0.5], [0.5]], [[null], [null]]])).toEqual([-1, 1]);
+  // What lasts a moment does not stretch the axis, however many curves have it.
+  const start = [-90, ...new Array<number>(99).fill(-1.2)];
+  expect(withBands([-1, 1], [[start, start.map((v) => -v)], [start, start.map((v) => -v)]])).toEqual([-1.2, 1.2]);
 });
 
 test('labels are as fine as the ticks are close', () => {

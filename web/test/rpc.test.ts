@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import { Cancelled, type FromWorker, latest, RpcClient, type ToWorker } from '../src/worker/rpc';
+import { Cancelled, type FromWorker, latest, RpcClient, type ToWorker, Unloaded } from '../src/worker/rpc';
 
 /** A worker that only remembers what it was told. */
 function fakePort(): { client: RpcClient; sent: ToWorker[]; receive(message: FromWorker): void } {
@@ -33,6 +33,13 @@ test('progress reaches the asker and an error is its sentence', async () => {
   receive({ id: 1, ok: false, message: 'row 3: expected a number, found `x`', cancelled: false });
   await expect(pending.answer).rejects.toThrow('row 3: expected a number, found `x`');
   expect(seen).toEqual([7]);
+});
+
+test('that the readers could not be loaded is no sentence of the core but a kind of its own', async () => {
+  const { client, receive } = fakePort();
+  const pending = client.start('open', { kind: 'files', files: [], mapping: null });
+  receive({ id: 1, ok: false, message: '', cancelled: false, isUnloaded: true });
+  await expect(pending.answer).rejects.toBeInstanceOf(Unloaded);
 });
 
 test('cancelling tells the worker, and only the worker says that it is over', async () => {

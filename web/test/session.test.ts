@@ -7,9 +7,9 @@ import type { FromWorker, Request, ToWorker } from '../src/worker/rpc';
 
 const REPORT: DriveReport = {
   name: 'a', kind: 'simulated', start: 0, end: 10, channels: [], truth: [], has_vehicle: true, import: null,
-  estimators: [{ name: 'slope', runnable: true, missing: [] }],
+  estimators: ['slope', 'gnss'].map((name) => ({ name, runnable: true, missing: [] })),
 };
-const ESTIMATOR = { name: 'slope', title: '', doc: '', vehicle: '', needs: [], params: [], columns: [] };
+const ESTIMATORS = ['slope', 'gnss'].map((name) => ({ name, title: '', doc: '', vehicle: '', needs: [], params: [], columns: [] }));
 
 /** A worker whose answers the test gives. */
 class FakeWorker {
@@ -39,8 +39,9 @@ let session: Session;
 beforeEach(async () => {
   worker = new FakeWorker();
   store = new Store();
+  store.want(['slope']);
   session = new Session(store, worker as unknown as Worker);
-  store.catalogue.value = { version: '', estimators: [ESTIMATOR], drives: [], vehicles: [] };
+  store.catalogue.value = { version: '', estimators: ESTIMATORS, drives: [], vehicles: [] };
   const opened = session.open({ kind: 'simulation', name: 'a', seed: null, first: null, composed: null }, 'a');
   await worker.give({ id: 1, ok: true, value: REPORT });
   expect(await opened).toBe(true);
@@ -123,4 +124,49 @@ test('during a drag everything is compared with what was before it', async () =>
   await finish(0.1);
   await new Promise((resolve) => setTimeout(resolve, 5));
   expect(worker.asked('keep_previous').at(-1)?.args).toEqual({ estimator: 'slope', keep: false });
+});
+
+/** The estimators that were asked for, in order. */
+function estimators(): unknown[] {
+  return worker.asked('run').map(({ args }) => (args as { estimator: string }).estimator);
+}
+
+test('only what a shown view needs is run, and what becomes wanted is run then, once', async () => {
+  void session.runAll();
+  await finish(0.1);
+  expect(estimators()).toEqual(['slope']);
+  const release = store.want(['gnss']);
+  await finish(0.1);
+  const again = store.want(['gnss', 'slope']);
+  expect(estimators()).toEqual(['slope', 'gnss']);
+  release();
+  release();
+  expect(store.isWanted('gnss')).toBe(true);
+  again();
+  expect([store.isWanted('gnss'), store.isWanted('slope')]).toEqual([false, true]);
+});
+
+test('an estimator that is chosen to be tuned is run; once nothing needs it, tuning leaves it alone until it is chosen again', async () => {
+  void session.runAll();
+  await finish(0.1);
+  store.estimator.value = 'gnss';
+  await finish(0.1);
+  store.estimator.value = 'slope';
+  store.tuning.value = { ...UNTUNED, params: { gnss: { walk: 1 } } };
+  expect(estimators()).toEqual(['slope', 'gnss']);
+  store.estimator.value = 'gnss';
+  expect(estimators()).toEqual(['slope', 'gnss', 'gnss']);
+  expect(worker.asked('run')[2]?.args).toMatchObject({ params: { walk: 1 } });
+});
+
+test('when the measurements have changed, a result that nothing needs is forgotten and not run again', async () => {
+  void session.runAll();
+  await finish(0.1);
+  store.estimator.value = 'gnss';
+  await finish(0.1);
+  store.estimator.value = 'slope';
+  session.rerun();
+  await finish(0.1);
+  expect(estimators()).toEqual(['slope', 'gnss', 'slope']);
+  expect([store.run('gnss').value.reply, store.run('slope').value.reply === null]).toEqual([null, false]);
 });

@@ -9,7 +9,10 @@ const aid: ParamSpec = { ...common, name: 'aid', kind: 'toggle', default: true }
 const variant: ParamSpec = { ...common, name: 'variant', kind: 'choice', default: 'a', options: ['a', 'b'] };
 const catalogue: Catalogue = {
   version: '0',
-  estimators: [{ name: 'slope', title: '', doc: '', vehicle: '', needs: [], params: [walk, yaw, aid, variant], columns: [] }],
+  estimators: [
+    { name: 'slope', title: '', doc: '', vehicle: '', needs: [], params: [walk, yaw, aid, variant], columns: [] },
+    { name: 'orientation', title: '', doc: '', vehicle: '', needs: [], params: [variant], columns: [] },
+  ],
   drives: [{ name: 'hills', title: '', doc: '', duration: 1 }],
   vehicles: [{ name: 'saloon', doc: '' }],
 };
@@ -50,16 +53,16 @@ test('a change after an undo forgets what was undone', () => {
   expect(history.now).toBe(2);
 });
 
-test('an address brings back drive, seed, car and every kind of parameter', () => {
+test('an address brings back drive, seed, room, car, variants drawn beside and every kind of parameter', () => {
   let tuning = withParam(UNTUNED, 'slope', walk, 2.5);
   tuning = withParam(tuning, 'slope', yaw, -1);
   tuning = withParam(tuning, 'slope', aid, false);
   tuning = { ...withParam(tuning, 'slope', variant, 'b'), vehicle: 'saloon' };
-  const address = { drive: 'hills', seed: 7, tuning };
+  const address = { drive: 'hills', seed: 7, room: 'road' as const, overlays: ['a', 'b'], tuning };
   expect(fromHash(`#${toHash(address)}`, catalogue)).toEqual(address);
 });
 
 test('an address from elsewhere cannot bring in what does not exist or is out of range', () => {
-  const hash = '#drive=moon&seed=-1&vehicle=tank&slope.walk=99&slope.yaw=x&slope.aid=maybe&slope.variant=c&other.thing=1';
-  expect(fromHash(hash, catalogue)).toEqual({ drive: null, seed: null, tuning: { params: {}, vehicle: null } });
+  const hash = '#drive=moon&seed=-1&vehicle=tank&slope.walk=99&slope.yaw=x&slope.aid=maybe&slope.variant=c&other.thing=1&room=cellar&overlays=c';
+  expect(fromHash(hash, catalogue)).toEqual({ drive: null, seed: null, room: 'overview', overlays: [], tuning: { params: {}, vehicle: null } });
 });

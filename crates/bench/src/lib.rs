@@ -11,9 +11,11 @@ use drivescope_drive::drive::{Drive, Epoch};
 use drivescope_drive::frames::body_to_nav;
 use drivescope_drive::param::Choice;
 use drivescope_estimation::estimator::{Estimator, EstimatorError};
+use drivescope_estimation::land_ins::{LandIns, LandInsParams};
 use drivescope_estimation::magnetometer_calibration::calibrate;
+use drivescope_estimation::motion_mode::{MotionModeDetector, MotionModeParams};
 use drivescope_estimation::orientation::{Orientation, OrientationParams, Variant};
-use drivescope_estimation::registry::{ESTIMATORS, EstimatorInfo, run_by_name};
+use drivescope_estimation::registry::{ESTIMATORS, run_by_name};
 use drivescope_import::{CsvReader, open_table};
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -126,11 +128,6 @@ fn filter_steps<E: Estimator>(
     Ok(samples)
 }
 
-/// Whether the drive has every signal that an estimator cannot do without.
-fn can_run(estimator: &EstimatorInfo, drive: &Drive) -> bool {
-    estimator.needs.iter().all(|n| !n.required || drive.has(n.signal))
-}
-
 /// The shortest built-in drive with a six-accelerometer disk, for estimators that need one.
 fn disk_drive() -> Result<Drive, String> {
     let spec = drivescope_simulation::named("u_drive_disk").ok_or("the drive with the disk cannot be read")?;
@@ -140,7 +137,7 @@ fn disk_drive() -> Result<Drive, String> {
 fn estimate_all(drive: &Drive) -> Result<(), String> {
     ESTIMATORS
         .iter()
-        .filter(|e| can_run(e, drive))
+        .filter(|e| e.can_run(drive))
         .try_for_each(|e| run_by_name(e.name, drive, &Value::Null, None).map(drop))
         .map_err(|e| e.to_string())
 }
@@ -168,7 +165,7 @@ fn bench(clock: &impl Fn() -> f64, rounds: usize) -> Result<Report, String> {
     // `gnss` needs ranges of single satellites; `navigation` measures it.
     let steppable: Vec<_> = ESTIMATORS
         .iter()
-        .filter_map(|e| Some((e, [&drive, &disk].into_iter().find(|drive| can_run(e, drive))?)))
+        .filter_map(|e| Some((e, [&drive, &disk].into_iter().find(|drive| e.can_run(drive))?)))
         .collect();
     entries.extend(steppable.iter().map(|(e, _)| Entry {
         name: format!("step {}", e.name),
@@ -187,6 +184,10 @@ fn bench(clock: &impl Fn() -> f64, rounds: usize) -> Result<Report, String> {
         let samples = filter_steps::<Orientation>(clock, &drive, &params, rounds)?;
         entries.push(Entry { name: format!("filter alone, orientation {}", variant.name()), unit: "ns", samples });
     }
+    let modes = filter_steps::<MotionModeDetector>(clock, &drive, &MotionModeParams::default(), rounds)?;
+    entries.push(Entry { name: "filter alone, motion_mode".into(), unit: "ns", samples: modes });
+    let land = filter_steps::<LandIns>(clock, &drive, &LandInsParams::default(), rounds)?;
+    entries.push(Entry { name: "filter alone, land_ins".into(), unit: "ns", samples: land });
     entries.extend(navigation::entries(clock, &drive, rounds)?);
     let together = (0..rounds).map(|_| {
         let (time, outcome) = timed(clock, || estimate_all(&drive));

@@ -6,18 +6,16 @@ use std::path::{Path, PathBuf};
 
 use drivescope_drive::drive::Drive;
 use drivescope_import::{
-    CsvReader, FORMATS, Mapping, MemorySource, OpenReport, Opening, SeekSource, Source, Table, open_log, raw_gnss,
+    FORMATS, IoSource, Mapping, MemorySource, OpenReport, Opening, Origin, SeekSource, Source, open_log, open_raw,
+    raw_gnss, read_csv,
 };
 use serde_json::Value;
-
-/// Bytes read at a time.
-const SLICE: usize = 1 << 20;
 
 /// Which log, and how to read it.
 #[derive(clap::Args)]
 pub struct LogArgs {
     /// The log; several files or a folder are one drive, with the DBC of a bus log among them; `-` reads standard input.
-    #[arg(required = true)]
+    #[arg(required_unless_present = "gnss_raw")]
     log: Vec<PathBuf>,
     /// Which column is which signal, as JSON; proposed from names, units and physics without it.
     #[arg(long, value_name = "M.json")]
@@ -25,9 +23,22 @@ pub struct LogArgs {
     /// Format of standard input.
     #[arg(long, value_name = "FORMAT", value_parser = FORMATS.iter().map(|f| f.1).collect::<Vec<_>>())]
     format: Option<String>,
-    /// Raw satellite ranges that belong to the log, as CSV: t, prn, sat_x/y/z, sat_vx/vy/vz, pr, prr.
+    /// Raw satellite ranges that belong to the log, or alone without one, as CSV: t, prn, sat_x/y/z, sat_vx/vy/vz, pr, prr.
     #[arg(long, value_name = "FILE")]
     gnss_raw: Option<PathBuf>,
+    /// Origin of local coordinates, deg, deg, m; the first place of the truth or of the satellites without it.
+    #[arg(long, value_name = "LAT,LON,ALT", value_parser = origin, allow_hyphen_values = true)]
+    origin: Option<Origin>,
+}
+
+/// Three numbers with commas between; the height may be missing.
+fn origin(text: &str) -> Result<Origin, String> {
+    let numbers: Vec<f64> = text.split(',').map_while(|part| part.trim().parse().ok()).collect();
+    match (numbers.as_slice(), text.split(',').count()) {
+        ([lat, lon], 2) => Origin::new(*lat, *lon, 0.0),
+        ([lat, lon, alt], 3) => Origin::new(*lat, *lon, *alt),
+        _ => Err("expected latitude, longitude and height with commas between".into()),
+    }
 }
 
 /// A log that has been opened.
@@ -41,7 +52,7 @@ pub struct Opened {
 impl LogArgs {
     /// A log that another argument names.
     pub fn of(log: PathBuf, mapping: Option<PathBuf>) -> Self {
-        Self { log: vec![log], mapping, format: None, gnss_raw: None }
+        Self { log: vec![log], mapping, format: None, gnss_raw: None, origin: None }
     }
 
     /// Read the log slice by slice.
@@ -49,6 +60,24 @@ impl LogArgs {
     /// # Errors
     /// One sentence naming file, row and column.
     pub fn open(&self) -> Result<Opened, String> {
+        let mut opened = match &self.gnss_raw {
+            Some(path) if self.log.is_empty() => {
+                let file = File::open(path).map_err(|e| unreadable(path, e))?;
+                let table =
+                    read_csv(&mut IoSource::new(file, None), &path.display().to_string()).map_err(|e| e.to_string())?;
+                let (drive, report) = open_raw(&table).map_err(|e| e.to_string())?;
+                Opened { drive, report }
+            }
+            _ => self.open_log()?,
+        };
+        if let Some(origin) = self.origin {
+            opened.drive.set_origin(origin.place());
+            opened.report.mapping.origin = Some(origin);
+        }
+        Ok(opened)
+    }
+
+    fn open_log(&self) -> Result<Opened, String> {
         let mapping = match &self.mapping {
             Some(path) => {
                 Some(Mapping::from_json(&text_file(path)?, &path.display().to_string()).map_err(|e| e.to_string())?)
@@ -71,8 +100,9 @@ impl LogArgs {
         let log = opening.finish().map_err(|e| e.to_string())?;
         let (mut drive, report) = open_log(log, mapping.as_ref()).map_err(|e| e.to_string())?;
         if let Some(path) = &self.gnss_raw {
-            let mut file = File::open(path).map_err(|e| unreadable(path, &e))?;
-            let table = table(&mut file, &path.display().to_string())?;
+            let file = File::open(path).map_err(|e| unreadable(path, e))?;
+            let table =
+                read_csv(&mut IoSource::new(file, None), &path.display().to_string()).map_err(|e| e.to_string())?;
             drive.raw_gnss = raw_gnss(&table, report.mapping.time.offset).map_err(|e| e.to_string())?;
         }
         Ok(Opened { drive, report })
@@ -91,13 +121,13 @@ impl LogArgs {
 }
 
 fn file(path: &Path, name: &str) -> Result<Box<dyn Source>, String> {
-    let file = File::open(path).map_err(|e| format!("{}: could not be read: {e}", path.display()))?;
-    Ok(Box::new(SeekSource::new(name, file).map_err(|e| format!("{}: could not be read: {e}", path.display()))?))
+    let file = File::open(path).map_err(|e| unreadable(path, e))?;
+    Ok(Box::new(SeekSource::new(name, file).map_err(|e| unreadable(path, e))?))
 }
 
 /// Every file below a folder, named by its way from the folder.
 fn folder(root: &Path, at: &Path, sources: &mut Vec<Box<dyn Source>>) -> Result<(), String> {
-    let failed = |e: std::io::Error| format!("{}: could not be read: {e}", at.display());
+    let failed = |e: std::io::Error| unreadable(at, e);
     let mut entries = Vec::new();
     for entry in std::fs::read_dir(at).map_err(failed)? {
         entries.push(entry.map_err(failed)?.path());
@@ -115,21 +145,8 @@ fn folder(root: &Path, at: &Path, sources: &mut Vec<Box<dyn Source>>) -> Result<
     Ok(())
 }
 
-fn unreadable(path: &Path, error: &std::io::Error) -> String {
+fn unreadable(path: &Path, error: impl std::fmt::Display) -> String {
     format!("{}: could not be read: {error}", path.display())
-}
-
-/// Read CSV slice by slice.
-fn table(source: &mut dyn Read, name: &str) -> Result<Table, String> {
-    let mut reader = CsvReader::new(name);
-    let mut slice = vec![0; SLICE];
-    loop {
-        let length = source.read(&mut slice).map_err(|e| unreadable(Path::new(name), &e))?;
-        if length == 0 {
-            return reader.finish().map_err(|e| e.to_string());
-        }
-        reader.feed(&slice[..length]).map_err(|e| e.to_string())?;
-    }
 }
 
 /// A JSON file.
@@ -141,5 +158,5 @@ pub fn json_file(path: &Path) -> Result<Value, String> {
 }
 
 fn text_file(path: &Path) -> Result<String, String> {
-    std::fs::read_to_string(path).map_err(|e| format!("{}: could not be read: {e}", path.display()))
+    std::fs::read_to_string(path).map_err(|e| unreadable(path, e))
 }

@@ -13,8 +13,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use drivescope_drive::channel::Series;
 use drivescope_drive::vehicle::VehicleParams;
 use drivescope_estimation::registry::run_by_name;
+use drivescope_estimation::score::labels::Labels;
+use drivescope_estimation::score::mode::ModeScore;
 use drivescope_estimation::score::score;
 use serde_json::{Map, Value, json};
 
@@ -64,6 +67,9 @@ enum Command {
         /// Where scores, consistency and notices go, as JSON.
         #[arg(long, value_name = "OUT.json")]
         metrics: Option<PathBuf>,
+        /// Motion modes painted by hand, JSON or CSV: the metrics hold the mode against them.
+        #[arg(long, value_name = "LABELS", requires = "metrics")]
+        labels: Option<PathBuf>,
     },
     /// Grade and altitude of a road against distance: from one log, or from several passes over the same road, merged.
     Profile(profile::ProfileArgs),
@@ -129,9 +135,10 @@ enum Listed {
 fn main() -> ExitCode {
     let outcome = match Args::parse().command {
         Command::Info { log, json } => info(&log, json),
-        Command::Run { log, estimator, params, set, vehicle, calibration, out, metrics } => {
-            let calibration = calibration.as_deref();
-            run(&log, &estimator, params.as_deref(), &set, vehicle.as_deref(), calibration, &out, metrics.as_deref())
+        Command::Run { log, estimator, params, set, vehicle, calibration, out, metrics, labels } => {
+            let (calibration, labels) = (calibration.as_deref(), labels.as_deref());
+            let metrics = metrics.as_deref().map(|path| (path, labels));
+            run(&log, &estimator, params.as_deref(), &set, vehicle.as_deref(), calibration, &out, metrics)
         }
         Command::Simulate { drive, seed, set, out, gnss_raw } => {
             simulate(&drive, seed, &set, &out, gnss_raw.as_deref())
@@ -180,7 +187,7 @@ fn run(
     vehicle: Option<&str>,
     calibration: Option<&std::path::Path>,
     out: &std::path::Path,
-    metrics: Option<&std::path::Path>,
+    metrics: Option<(&std::path::Path, Option<&std::path::Path>)>,
 ) -> Result<(), Sentence> {
     let params = parameters(params, set)?;
     let vehicle = vehicle
@@ -192,8 +199,11 @@ fn run(
     }
     let run = run_by_name(estimator, &opened.drive, &params, vehicle.as_ref()).map_err(|e| e.to_string())?;
     output::write(out, |file| drivescope_drive::csv::write_series(run.series(), file))?;
-    if let Some(path) = metrics {
-        let score = score(run.series(), &opened.drive, None);
+    if let Some((path, labels)) = metrics {
+        let mut score = score(run.series(), &opened.drive, None);
+        if let Some(file) = labels {
+            score.mode = against_labels(file, run.series())?;
+        }
         let body = json!({
             "estimator": run.info.name, "params": run.params, "rows": run.series().len(),
             "notices": run.notices(), "score": score,
@@ -208,6 +218,19 @@ fn run(
         eprintln!("note: {} ({often} at {:.2} s)", notice.text, notice.first);
     }
     Ok(())
+}
+
+/// The decided mode against labels painted by hand.
+fn against_labels(file: &std::path::Path, series: &Series) -> Result<Option<ModeScore>, Sentence> {
+    let text = std::fs::read_to_string(file).map_err(|e| format!("{}: {e}", file.display()))?;
+    let labels = Labels::from_text(&text).map_err(|e| format!("{}: {e}", file.display()))?;
+    if !series.has("mode") {
+        return Err(format!(
+            "{}: the estimator decides no motion mode that labels could be held against",
+            file.display()
+        ));
+    }
+    Ok(labels.score_series(series, "mode"))
 }
 
 /// Values of a JSON file, overridden by `name=value` pairs.

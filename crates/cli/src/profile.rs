@@ -6,17 +6,13 @@ use drivescope_drive::drive::Drive;
 use drivescope_drive::param::Params;
 use drivescope_drive::vehicle::VehicleParams;
 use drivescope_estimation::latency::{WheelLatency, find_wheel_latency, with_earlier_wheels};
-use drivescope_estimation::levelling::find_forward_offset;
+use drivescope_estimation::levelling::{ForwardOffset, find_forward_offset};
 use drivescope_estimation::road_profile::{ProfileError, RoadProfile, SPACING, write_csv, write_geojson};
 use drivescope_estimation::slope::SlopeParams;
 use drivescope_estimation::slope::two_way::run_two_way;
 
 use crate::log::LogArgs;
 use crate::output;
-
-/// A latency that is worth a word, s, and by how many sigmas it has to be found.
-const NOTABLE: f64 = 0.02;
-const CLEAR: f64 = 3.0;
 
 /// Which logs, and where the profile goes.
 #[derive(clap::Args)]
@@ -42,7 +38,7 @@ pub struct ProfileArgs {
 }
 
 fn notable(drive: &Drive) -> Option<WheelLatency> {
-    find_wheel_latency(drive).filter(|l| l.delay >= NOTABLE && l.delay >= CLEAR * l.sigma)
+    find_wheel_latency(drive).filter(WheelLatency::is_notable)
 }
 
 /// Say what the drive tells of a late wheel speed, and what would correct it.
@@ -102,7 +98,7 @@ fn pass(
             eprintln!("note: {}: wheel speeds moved by {:.0} ms", log.display(), 1e3 * latency.delay);
             drive = with_earlier_wheels(&drive, latency.delay).map_err(|e| named(&e))?;
         }
-        if let Some(found) = find_forward_offset(&drive).filter(|f| f.offset.abs() > CLEAR * f.sigma) {
+        if let Some(found) = find_forward_offset(&drive).filter(ForwardOffset::is_notable) {
             eprintln!("note: {}: forward accelerometer less {:.3} m/s^2", log.display(), found.offset);
             params.accel_offset = found.offset.clamp(-3.0, 3.0);
         }

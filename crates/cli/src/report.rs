@@ -117,7 +117,7 @@ fn runnable(opened: &Opened) -> Vec<(&'static str, Vec<String>)> {
     ESTIMATORS
         .iter()
         .map(|e| {
-            let missing = e.needs.iter().filter(|n| n.required && !drive.has(n.signal));
+            let missing = e.missing(drive).filter(|n| n.required);
             (e.name, missing.map(|n| format!("{}: {}", n.signal.label(), n.why)).collect())
         })
         .collect()

@@ -54,6 +54,32 @@ fn a_run_writes_its_columns_and_its_metrics() {
     assert!(metrics["score"]["consistency"].as_array().unwrap().len() > 1);
 }
 
+/// Catches labels that are read but not held against, and a broken file that is passed over.
+#[test]
+fn a_run_is_held_against_labels_painted_by_hand() {
+    let folder = Folder::new("labels");
+    let (log, out, metrics) = (folder.file("log.csv", log()), folder.path("out.csv"), folder.path("metrics.json"));
+    let run = |labels: &str| {
+        let mode =
+            ["run", &log, "--estimator", "motion_mode", "--out", &out, "--metrics", &metrics, "--labels", labels];
+        drivescope(&mode)
+    };
+    // The log drives straight on from its first row.
+    for (name, text) in [
+        ("l.csv", "t,truth_mode\n0,1\n3,2\n4.5,\n"),
+        ("l.json", r#"[{"time":0,"mode":1},{"time":3,"mode":2},{"time":4.5,"mode":null}]"#),
+    ] {
+        let done = run(&folder.file(name, text));
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let metrics: serde_json::Value = serde_json::from_str(&fs::read_to_string(&metrics).unwrap()).unwrap();
+        assert_eq!(metrics["score"]["mode"]["confusion"][1][1], 300, "{metrics:#}");
+        assert_eq!(metrics["score"]["mode"]["confusion"][2][1], 150, "{metrics:#}");
+    }
+    let refused = run(&folder.file("bad.csv", "t,truth_mode\n0,1\n2,9\n"));
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("row 3"));
+}
+
 #[test]
 fn every_bad_input_is_one_sentence_with_exit_status_2_and_leaves_nothing_behind() {
     let folder = Folder::new("bad");
@@ -254,4 +280,42 @@ fn several_files_of_any_format_are_one_drive() {
     // A folder is the same as its files.
     let inside = drivescope(&["info", &folder.0.to_string_lossy()]);
     assert!(String::from_utf8_lossy(&inside.stdout).contains("inertial: 1200 samples"), "{inside:?}");
+}
+
+/// The second table of a receiver is a log of its own: `gnss` runs on it, and says its place from a given origin.
+#[test]
+fn raw_ranges_alone_are_a_log_and_an_origin_can_be_given() {
+    let folder = Folder::new("raw");
+    let (log, raw, out) = (folder.path("log.csv"), folder.path("raw.csv"), folder.path("out.csv"));
+    let spec = ["--set", "duration=30", "--gnss-raw", &raw];
+    let run = drivescope(&[&["simulate", "table1", "--out", &log], &spec[..]].concat());
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let first = |out: &str| {
+        let text = fs::read_to_string(out).unwrap();
+        let cell = |name: &str| {
+            let column = text.lines().next().unwrap().split(',').position(|n| n == name).unwrap();
+            text.lines().nth(1).unwrap().split(',').nth(column).unwrap().parse::<f64>().unwrap()
+        };
+        [cell("north"), cell("east"), cell("lat").to_degrees(), cell("lon").to_degrees(), cell("alt")]
+    };
+    let run = drivescope(&["run", "--gnss-raw", &raw, "--estimator", "gnss", "--out", &out]);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let [north, _, lat, lon, alt] = first(&out);
+    assert!(north.abs() < 30.0 && (lat - 36.37).abs() < 0.01, "{north} {lat}");
+    let origin = format!("{},{lon},{alt}", lat - 0.001);
+    let run = drivescope(&["run", "--gnss-raw", &raw, "--origin", &origin, "--estimator", "gnss", "--out", &out]);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let [north, east, ..] = first(&out);
+    assert!((north - 111.0).abs() < 1.0 && east.abs() < 0.1, "a thousandth of a degree is 111 m: {north} {east}");
+    // With the inertial log whose fixes are left out, tightly coupled.
+    let text = fs::read_to_string(&log).unwrap();
+    let blind = folder.file("blind.csv", text.replace("gnss_lat", "x_a").replace("gnss_lon", "x_b"));
+    let tight = ["--estimator", "gnss_ins", "--set", "coupling=tight", "--out", &out];
+    let run = drivescope(&[&["run", &blind, "--gnss-raw", &raw, "--origin", &origin], &tight[..]].concat());
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    assert!((first(&out)[0] - 111.0).abs() < 10.0);
+    for bad in ["36", "36,x,1", "95,127,0", "36,127,1,2"] {
+        let run = drivescope(&["run", "--gnss-raw", &raw, "--origin", bad, "--estimator", "gnss", "--out", &out]);
+        assert_eq!(run.status.code(), Some(2), "{bad}");
+    }
 }

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use crate::channel::Series;
 use crate::drive::Drive;
+use crate::json;
 use crate::param::Params;
 use crate::satellites::{RAW_COLUMNS, RawGnss};
 
@@ -20,8 +21,68 @@ pub fn file_unit(name: &str, unit: &'static str) -> &'static str {
     }
 }
 
-fn file_value(name: &str, value: f64) -> f64 {
-    if file_unit(name, "") == "deg" { value.to_degrees() } else { value }
+/// Ending of the column beside one of degrees that holds what the degrees leave of the stored radians, rad; a blank is 0.
+pub const REST: &str = "_rest";
+
+/// Degrees of an angle, and what is left of it, rad, once they are multiplied by pi / 180 again.
+///
+/// Degrees in f64 lie less dense than radians in a tenth of all places: no choice of them gives every angle back, one to
+/// the last bit together with a rest does.
+fn degrees_and_rest(angle: f64) -> (f64, f64) {
+    let back = |degrees: f64| degrees * (std::f64::consts::PI / 180.0);
+    let nearest = angle.to_degrees();
+    let exact = |d: &f64| back(*d).to_bits() == angle.to_bits();
+    if let Some(degrees) = [nearest, nearest.next_up(), nearest.next_down()].into_iter().find(exact) {
+        return (degrees, 0.0);
+    }
+    let rest = angle - back(nearest);
+    if rest.is_finite() && back(nearest) + rest == angle { (nearest, rest) } else { (0.0, angle) }
+}
+
+/// A column as it is written.
+struct Written<'a> {
+    name: String,
+    values: &'a [f64],
+    part: Part,
+}
+
+#[derive(Clone, Copy)]
+enum Part {
+    Whole,
+    Degrees,
+    Rest,
+}
+
+impl Written<'_> {
+    fn value(&self, row: usize) -> f64 {
+        let value = self.values[row];
+        match self.part {
+            Part::Whole => value,
+            Part::Degrees => degrees_and_rest(value).0,
+            Part::Rest => Some(degrees_and_rest(value).1).filter(|r| *r != 0.0).unwrap_or(f64::NAN),
+        }
+    }
+
+    fn is_empty(&self) -> bool {
+        !(0..self.values.len()).any(|row| self.value(row).is_finite())
+    }
+}
+
+/// The columns of a series that hold a value.
+fn written<'a>(series: &'a Series, prefix: &str) -> Vec<Written<'a>> {
+    let mut columns = Vec::new();
+    for (index, column) in series.schema().iter().enumerate() {
+        let (name, values) = (format!("{prefix}{}", column.name), series.column_at(index));
+        if file_unit(&name, "") == "deg" {
+            let rest = format!("{name}{REST}");
+            columns.push(Written { name, values, part: Part::Degrees });
+            columns.push(Written { name: rest, values, part: Part::Rest });
+        } else {
+            columns.push(Written { name, values, part: Part::Whole });
+        }
+    }
+    columns.retain(|c| !c.is_empty());
+    columns
 }
 
 fn cell(out: &mut impl Write, value: f64) -> io::Result<()> {
@@ -50,32 +111,26 @@ pub fn write_series(series: &Series, out: &mut impl Write) -> io::Result<()> {
 }
 
 /// Write a drive: one row per instant, canonical names, truth columns with their prefix; a column without any value is
-/// left out and a sensor without a sample in a row has empty cells. What the drive says of its car goes before as
+/// left out and a sensor without a sample in a row has empty cells. Beside a column of degrees, one with [`REST`] holds
+/// what is missing to the stored angle, where anything is: a drive reads back bit for bit. What the drive says of its car goes before as
 /// comments, [`REAR_AXLE`] and [`VEHICLE`]; raw ranges are a table of their own, [`write_raw_gnss`].
 ///
 /// # Errors
 /// Those of the writer.
 pub fn write_drive(drive: &Drive, out: &mut impl Write) -> io::Result<()> {
-    let mut parts: Vec<(&Series, Vec<(usize, String)>)> = Vec::new();
-    for (series, prefix) in drive.channels().into_iter().map(|s| (s, "")).chain([(&drive.truth, "truth_")]) {
-        let columns = (series.schema().iter().enumerate())
-            .filter(|(i, _)| series.column_at(*i).iter().any(|v| v.is_finite()))
-            .map(|(i, c)| (i, format!("{prefix}{}", c.name)))
-            .collect::<Vec<_>>();
-        if !columns.is_empty() {
-            parts.push((series, columns));
-        }
-    }
+    let series = drive.channels().into_iter().map(|s| (s, "")).chain([(&drive.truth, "truth_")]);
+    let mut parts: Vec<(&Series, Vec<Written>)> = series.map(|(s, prefix)| (s, written(s, prefix))).collect();
+    parts.retain(|(_, columns)| !columns.is_empty());
     if let Some(x) = drive.rear_axle {
         writeln!(out, "# {REAR_AXLE} = {x}")?;
     }
     if let Some(vehicle) = &drive.vehicle {
-        writeln!(out, "# {VEHICLE} = {}", vehicle.to_json())?;
+        writeln!(out, "# {VEHICLE} = {}", json::flat(&vehicle.to_json()))?;
     }
     write!(out, "t")?;
     for (_, columns) in &parts {
-        for (_, name) in columns {
-            write!(out, ",{name}")?;
+        for column in columns {
+            write!(out, ",{}", column.name)?;
         }
     }
     writeln!(out)?;
@@ -88,10 +143,9 @@ pub fn write_drive(drive: &Drive, out: &mut impl Write) -> io::Result<()> {
         }
         let present: Vec<bool> = (0..parts.len()).map(|i| due(i) == time).collect();
         write!(out, "{time}")?;
-        for (i, (series, columns)) in parts.iter().enumerate() {
-            for (index, name) in columns {
-                let value = if present[i] { series.column_at(*index)[next[i]] } else { f64::NAN };
-                cell(out, file_value(name, value))?;
+        for (i, (_, columns)) in parts.iter().enumerate() {
+            for column in columns {
+                cell(out, if present[i] { column.value(next[i]) } else { f64::NAN })?;
             }
             next[i] += usize::from(present[i]);
         }

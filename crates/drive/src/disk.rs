@@ -39,6 +39,19 @@ impl Disk {
         };
         Self { sensors: std::array::from_fn(sensor) }
     }
+
+    /// Position (m), axis and bias (m/s^2) of sensor after sensor: 42 numbers, as a disk crosses a door.
+    pub fn numbers(&self) -> Vec<f64> {
+        self.sensors.iter().flat_map(|s| s.position.into_iter().chain(s.axis).chain([s.bias])).collect()
+    }
+
+    /// The disk of [`Disk::numbers`]; `None` for another count, or what is not finite.
+    pub fn from_numbers(numbers: &[f64]) -> Option<Self> {
+        let is_whole = numbers.len() == 42 && numbers.iter().all(|v| v.is_finite());
+        let three = |first: usize| std::array::from_fn(|k| numbers[first + k]);
+        let sensor = |i: usize| DiskSensor { position: three(7 * i), axis: three(7 * i + 3), bias: numbers[7 * i + 6] };
+        is_whole.then(|| Self { sensors: std::array::from_fn(sensor) })
+    }
 }
 
 impl Default for Disk {
@@ -61,5 +74,7 @@ mod tests {
         }
         let text = serde_json::to_string(&disk).unwrap();
         assert_eq!(serde_json::from_str::<Disk>(&text).unwrap(), disk);
+        assert_eq!(Disk::from_numbers(&disk.numbers()), Some(disk));
+        assert_eq!(Disk::from_numbers(&disk.numbers()[1..]), None);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::channel::{Channel, Record, Series};
 use crate::disk::Disk;
-use crate::geodesy::Geodetic;
+use crate::geodesy::{Geodetic, LocalFrame};
 use crate::satellites::{RAW_COLUMNS, RawGnss, Satellite};
 use crate::signals::{AccelArray, Baro, Gnss, Imu, Mag, Range, Steering, Wheels};
 use crate::vehicle::VehicleParams;
@@ -32,6 +32,8 @@ pub struct Drive {
     pub range: Channel<Range>,
     /// The truth, over columns of [`TRUTH_COLUMNS`](crate::truth::TRUTH_COLUMNS); empty if unknown.
     pub truth: Series,
+    /// Origin of local coordinates, where one was given; see [`Drive::set_origin`].
+    pub local_origin: Option<Geodetic>,
     /// The car, where the drive says which.
     pub vehicle: Option<VehicleParams>,
     /// Where the rear axle is, seen from the inertial sensor, m ahead; where the drive says it.
@@ -182,6 +184,8 @@ pub enum Signal {
     Steer,
     /// Satellite position, geodetic or local.
     GnssPosition,
+    /// A satellite position, or the ranges that one can be computed from.
+    SatellitePlace,
     /// Satellite velocity, or speed and course.
     GnssVelocity,
     /// Satellite course.
@@ -212,6 +216,7 @@ impl Signal {
             Self::ForwardSpeed => "speed or wheel speeds",
             Self::Steer => "steering angle",
             Self::GnssPosition => "GNSS position",
+            Self::SatellitePlace => "GNSS position or raw satellite ranges",
             Self::GnssVelocity => "GNSS velocity, or speed and course",
             Self::GnssCourse => "GNSS course",
             Self::GnssVerticalVelocity => "GNSS vertical velocity",
@@ -247,7 +252,7 @@ pub struct LogStart {
     pub imu_step: f64,
     /// First forward or ground speed within the first second, m/s; NaN if none.
     pub speed: f64,
-    /// Origin of local coordinates: truth's first place, else the first valid fix; `None` where positions are local already.
+    /// Origin of local coordinates: as given, else truth's first place, else the first valid fix; `None` where positions are local already.
     pub origin: Option<Geodetic>,
     /// Where the rear axle is, seen from the inertial sensor, m ahead; `None` where the drive does not say.
     pub rear_axle: Option<f64>,
@@ -255,6 +260,12 @@ pub struct LogStart {
     pub date: Option<f64>,
     /// The six-accelerometer disk as calibrated; `None` where the drive does not say.
     pub disk: Option<Disk>,
+}
+
+impl LogStart {
+    /// Nothing is known.
+    pub const UNKNOWN: Self =
+        Self { imu_step: f64::NAN, speed: f64::NAN, origin: None, rear_axle: None, date: None, disk: None };
 }
 
 impl Drive {
@@ -345,6 +356,7 @@ impl Drive {
             }
             Signal::Steer => has("steer") || has("steering_wheel"),
             Signal::GnssPosition => has("gnss_lat") && has("gnss_lon") || has("gnss_n") && has("gnss_e"),
+            Signal::SatellitePlace => self.has(Signal::GnssPosition) || self.has(Signal::RawGnss),
             Signal::GnssVelocity => has("gnss_vn") && has("gnss_ve") || has("gnss_speed") && has("course"),
             Signal::GnssCourse => has("course") || has("gnss_vn") && has("gnss_ve"),
             Signal::GnssVerticalVelocity => has("gnss_vd"),
@@ -390,8 +402,28 @@ impl Drive {
         (1e9..4.2e9).contains(&unix).then(|| crate::magnetic_model::decimal_year(unix))
     }
 
+    /// Give the origin of local coordinates. A truth that knows its latitude, longitude and height is put into the new frame.
+    pub fn set_origin(&mut self, origin: Geodetic) {
+        self.local_origin = Some(origin);
+        let columns = ["lat", "lon", "alt", "n", "e", "d"].map(|name| self.truth.index_of(name));
+        let [Some(lat), Some(lon), Some(alt), Some(n), Some(e), Some(d)] = columns else { return };
+        let frame = LocalFrame::new(origin);
+        for row in 0..self.truth.len() {
+            let [lat, lon, alt] = [lat, lon, alt].map(|column| self.truth.column_at(column)[row]);
+            if lat.is_finite() && lon.is_finite() && alt.is_finite() {
+                let place = frame.to_ned(Geodetic { lat, lon, alt });
+                for (column, value) in [n, e, d].into_iter().zip(place.iter()) {
+                    self.truth.column_mut(column).1[row] = *value;
+                }
+            }
+        }
+    }
+
     /// Origin of local coordinates; see [`LogStart::origin`].
     pub fn origin(&self) -> Option<Geodetic> {
+        if self.local_origin.is_some() {
+            return self.local_origin;
+        }
         let truth = ["lat", "lon", "alt"].map(|n| self.truth.column(n));
         if let [Some(lat), Some(lon), Some(alt)] = truth
             && let Some(i) = (0..lat.len()).find(|&i| lat[i].is_finite() && lon[i].is_finite() && alt[i].is_finite())

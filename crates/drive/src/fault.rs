@@ -3,7 +3,7 @@
 //! A fault changes measurements only; truth stays. The same fault on the same drive gives the same values, bit for bit: random
 //! numbers come from its seed.
 
-use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::channel::Series;
 use crate::drive::Drive;
@@ -16,28 +16,25 @@ const WIDEST_HOLE: f64 = 2.0;
 ///
 /// ```
 /// use drivescope_drive::fault::Fault;
-/// let fault: Fault =
-///     serde_json::from_str(r#"{"kind": "bias", "signal": "gyro_z", "amount": 0.01, "from": 60, "to": 90}"#)?;
+/// let text = r#"{"kind": "bias", "signal": "gyro_z", "amount": 0.01, "from": 60, "to": 90}"#;
+/// let fault = Fault::from_json(&serde_json::from_str(text)?)?;
 /// assert_eq!(fault.to, 90.0);
-/// # Ok::<(), serde_json::Error>(())
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
     /// How it fails.
-    #[serde(flatten)]
     pub kind: FaultKind,
     /// Begin, s.
     pub from: f64,
     /// End, s; measurements at this instant are good again.
     pub to: f64,
     /// Seed of the random numbers.
-    #[serde(default)]
     pub seed: u64,
 }
 
 /// How a sensor fails. A `signal` is a column (`gyro_z`) or all columns of a channel, by its name in a drive's summary (`gnss`).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[derive(Clone, Debug, PartialEq)]
 pub enum FaultKind {
     /// A step is added.
     Bias {
@@ -89,6 +86,14 @@ pub enum FaultError {
     /// The fault concerns ranges or fixes, and there are none.
     #[error("this drive has no {0} that could fail")]
     NoSatellites(&'static str),
+    /// The description of a fault lacks something, or has it of another kind.
+    #[error("a fault needs its {field}: {expected}")]
+    Description {
+        /// Which field.
+        field: &'static str,
+        /// What is expected.
+        expected: &'static str,
+    },
     /// A number makes no sense.
     #[error("{what} of a fault is {value}; {expected}")]
     Amount {
@@ -102,6 +107,31 @@ pub enum FaultError {
 }
 
 impl Fault {
+    /// From an object: `kind` (`bias`, `freeze`, `delay`, `noise`, `clock_jump`, `multipath`), `from`, `to`, `seed` (0 where it is
+    /// not given), and what the kind needs: `signal`, `amount`, `seconds`, `factor`, `metres`, `satellites`.
+    ///
+    /// # Errors
+    /// [`FaultError::Description`].
+    pub fn from_json(object: &Value) -> Result<Self, FaultError> {
+        // By hand: what serde derives for tagged enums weighs more in the page than all faults.
+        let missing = |field, expected| FaultError::Description { field, expected };
+        let number = |field: &'static str| object[field].as_f64().ok_or(missing(field, "a number"));
+        let signal = || object["signal"].as_str().map(str::to_owned).ok_or(missing("signal", "the name of a signal"));
+        let kind = match object["kind"].as_str() {
+            Some("bias") => FaultKind::Bias { signal: signal()?, amount: number("amount")? },
+            Some("freeze") => FaultKind::Freeze { signal: signal()? },
+            Some("delay") => FaultKind::Delay { signal: signal()?, seconds: number("seconds")? },
+            Some("noise") => FaultKind::Noise { signal: signal()?, factor: number("factor")? },
+            Some("clock_jump") => FaultKind::ClockJump { metres: number("metres")? },
+            Some("multipath") => {
+                FaultKind::Multipath { metres: number("metres")?, satellites: number("satellites")? as usize }
+            }
+            _ => return Err(missing("kind", "bias, freeze, delay, noise, clock_jump or multipath")),
+        };
+        let seed = object["seed"].as_f64().unwrap_or(0.0) as u64;
+        Ok(Self { kind, from: number("from")?, to: number("to")?, seed })
+    }
+
     /// Put this fault into a drive.
     ///
     /// # Errors
@@ -259,9 +289,7 @@ fn white_noise(values: &[f64]) -> f64 {
     if bends.is_empty() {
         return 0.0;
     }
-    let middle = bends.len() / 2;
-    let median = *bends.select_nth_unstable_by(middle, f64::total_cmp).1;
-    median / (0.674_489_75 * 6f64.sqrt())
+    crate::select::median(&mut bends) / (0.674_489_75 * 6f64.sqrt())
 }
 
 /// SplitMix64.
@@ -381,5 +409,23 @@ mod tests {
         assert!(matches!(fault(FaultKind::Noise { signal: "mag_x".into(), factor: 0.5 }), FaultError::Amount { .. }));
         let backward = Fault { kind: FaultKind::ClockJump { metres: 1.0 }, from: 5.0, to: 5.0, seed: 0 };
         assert!(backward.inject(&mut drive()).is_err());
+    }
+
+    #[test]
+    fn a_fault_is_read_from_its_description_and_what_lacks_is_named() {
+        let read = |text: &str| Fault::from_json(&serde_json::from_str(text).unwrap());
+        let multipath = r#"{"kind": "multipath", "metres": 30, "satellites": 2, "from": 1, "to": 2, "seed": 7}"#;
+        let kind = FaultKind::Multipath { metres: 30.0, satellites: 2 };
+        assert_eq!(read(multipath), Ok(Fault { kind, from: 1.0, to: 2.0, seed: 7 }));
+        let refused = |text| read(text).unwrap_err().to_string();
+        assert_eq!(
+            refused(r#"{"kind": "freeze", "from": 1, "to": 2}"#),
+            "a fault needs its signal: the name of a signal"
+        );
+        assert_eq!(
+            refused(r#"{"kind": "freeze", "signal": "gnss", "from": "1", "to": 2}"#),
+            "a fault needs its from: a number"
+        );
+        assert!(refused("{}").starts_with("a fault needs its kind: bias"));
     }
 }

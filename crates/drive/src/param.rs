@@ -2,6 +2,8 @@
 
 use serde_json::{Map, Value};
 
+use crate::json;
+
 /// How a slider maps its travel to values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -144,7 +146,7 @@ impl ParamSpec {
     /// # Errors
     /// [`ParamError::WrongKind`] or [`ParamError::OutOfRange`].
     pub fn parse(&self, value: &Value) -> Result<ParamValue, ParamError> {
-        let wrong = |expected: String| ParamError::WrongKind { name: self.name, expected, found: value.to_string() };
+        let wrong = |expected: String| ParamError::WrongKind { name: self.name, expected, found: json::named(value) };
         let number = || match value {
             Value::Number(n) => n.as_f64(),
             Value::String(s) => s.trim().parse::<f64>().ok().filter(|v| v.is_finite()),
@@ -217,15 +219,19 @@ pub trait Params: Default + Clone {
         match json {
             Value::Null => {}
             Value::Object(map) => map.iter().try_for_each(|(name, value)| params.set(name, value))?,
-            other => return Err(ParamError::NotAnObject(other.to_string())),
+            other => return Err(ParamError::NotAnObject(json::named(other))),
         }
         Ok(params)
     }
 
     /// All values as a JSON object.
     fn to_json(&self) -> Value {
-        let entries = Self::SPECS.iter().enumerate().map(|(i, s)| (s.name.to_string(), self.get(i).to_json()));
-        Value::Object(entries.collect::<Map<_, _>>())
+        // One by one: collecting into a map sorts first, with code of its own.
+        let mut map = Map::new();
+        for (i, spec) in Self::SPECS.iter().enumerate() {
+            map.insert(spec.name.to_string(), self.get(i).to_json());
+        }
+        Value::Object(map)
     }
 
     /// Check every value against its declaration.

@@ -4,6 +4,7 @@
 //! bit; what does not fit together is an error.
 
 use crate::channel::{Channel, Column, OutOfOrder, Record, Series};
+use crate::disk::Disk;
 use crate::drive::Drive;
 use crate::param::{ParamValue, Params};
 use crate::satellites::{RAW_COLUMNS, RawGnss, Satellite};
@@ -38,6 +39,8 @@ pub struct Head {
     pub rear_axle: Option<f64>,
     /// [`Drive::unix_zero`], s.
     pub unix_zero: Option<f64>,
+    /// [`Drive::disk`] as its numbers.
+    pub disk: Option<Vec<f64>>,
 }
 
 /// A part that does not belong to a drive.
@@ -77,6 +80,9 @@ pub enum PartError {
     /// The parameters are no car's.
     #[error("vehicle: {0}")]
     Vehicle(String),
+    /// The numbers are no disk's.
+    #[error("a disk of six accelerometers has 42 finite numbers")]
+    Disk,
 }
 
 /// The parts of a drive, each moved out of it; see [`parts`].
@@ -93,7 +99,8 @@ pub fn parts(drive: Drive) -> (Head, Parts) {
         _ => f64::NAN,
     };
     let vehicle = drive.vehicle.map(|v| (0..VehicleParams::SPECS.len()).map(|i| number(&v, i)).collect());
-    let head = Head { name: drive.name, vehicle, rear_axle: drive.rear_axle, unix_zero: drive.unix_zero };
+    let disk = drive.disk.map(|d| d.numbers());
+    let head = Head { name: drive.name, vehicle, rear_axle: drive.rear_axle, unix_zero: drive.unix_zero, disk };
     let series = [
         drive.imu.into_series(),
         drive.mag.into_series(),
@@ -149,11 +156,12 @@ impl Assembly {
     /// Begin with what the drive says besides its columns.
     ///
     /// # Errors
-    /// [`PartError::Vehicle`] when the parameters are too few, too many or out of range.
+    /// [`PartError::Vehicle`] when the parameters are too few, too many or out of range; [`PartError::Disk`].
     pub fn new(head: Head) -> Result<Self, PartError> {
         let vehicle = head.vehicle.map(vehicle).transpose()?;
+        let disk = head.disk.map(|numbers| Disk::from_numbers(&numbers).ok_or(PartError::Disk)).transpose()?;
         let Head { name, rear_axle, unix_zero, .. } = head;
-        let drive = Drive { name, vehicle, rear_axle, unix_zero, ..Drive::default() };
+        let drive = Drive { name, vehicle, rear_axle, unix_zero, disk, ..Drive::default() };
         Ok(Self { drive, has: [false; PARTS.len()] })
     }
 

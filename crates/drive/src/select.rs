@@ -14,6 +14,17 @@ pub fn median(values: &mut [f64]) -> f64 {
     nth(values, values.len() / 2)
 }
 
+/// The median, the mean of two middle numbers; NaN of nothing. The order of `values` is lost.
+pub fn midpoint(values: &mut [f64]) -> f64 {
+    let upper = median(values);
+    let middle = values.len() / 2;
+    if values.len() % 2 == 1 || values.is_empty() {
+        return upper;
+    }
+    // The selection has put what is below the upper one before it.
+    0.5 * (upper + values[..middle].iter().copied().fold(f64::NEG_INFINITY, f64::max))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -23,6 +34,8 @@ mod tests {
         assert_eq!(nth(&mut [3.0, -1.0, 2.0], 0), -1.0);
         assert_eq!(median(&mut [3.0, -1.0, 2.0]), 2.0);
         assert_eq!(median(&mut [4.0, 1.0]), 4.0);
+        assert_eq!((midpoint(&mut [4.0, 1.0, 3.0, 2.0]), midpoint(&mut [5.0, 1.0, 3.0])), (2.5, 3.0));
+        assert!(midpoint(&mut []).is_nan());
         assert!(median(&mut []).is_nan() && nth(&mut [1.0], 1).is_nan());
     }
 }

@@ -151,13 +151,19 @@ pub enum RunError {
     Order(#[from] OutOfOrder),
 }
 
+/// The car that `E` assumes: the one that is given, else the drive's own, else its default.
+pub fn vehicle_of<E: Estimator>(drive: &Drive, given: Option<&VehicleParams>) -> VehicleParams {
+    let known = given.or(drive.vehicle.as_ref()).cloned();
+    known.or_else(|| VehicleParams::preset(E::VEHICLE)).unwrap_or_default()
+}
+
 /// A pass of one estimator over a drive, that can stop and go on.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Run<E: Estimator> {
     estimator: E,
     cursor: EpochCursor,
     looked_back: f64,
-    blindfold: Option<Blindfold>,
+    blindfolds: Vec<Blindfold>,
     out: Channel<E::Estimate>,
 }
 
@@ -171,21 +177,17 @@ impl<E: Estimator> Run<E> {
         if let Some(need) = E::NEEDS.iter().find(|n| n.required && !drive.has(n.signal)) {
             return Err(RunError::Missing { estimator: E::NAME, signal: need.signal.label(), why: need.why });
         }
-        let vehicle = vehicle
-            .or(drive.vehicle.as_ref())
-            .cloned()
-            .or_else(|| VehicleParams::preset(E::VEHICLE))
-            .unwrap_or_default();
+        let vehicle = vehicle_of::<E>(drive, vehicle);
         let mut estimator = E::new(params, &vehicle, &drive.start());
         estimator.look_ahead(drive);
         let mut out = Channel::default();
         out.reserve(drive.imu.len());
-        Ok(Self { estimator, cursor: EpochCursor::default(), looked_back: 0.0, blindfold: None, out })
+        Ok(Self { estimator, cursor: EpochCursor::default(), looked_back: 0.0, blindfolds: Vec::new(), out })
     }
 
-    /// Hide a sensor's samples in some windows, from here on.
+    /// Hide a sensor's samples in some windows, from here on, with those that are hidden already.
     pub fn blind(&mut self, blindfold: Blindfold) {
-        self.blindfold = Some(blindfold);
+        self.blindfolds.push(blindfold);
     }
 
     /// Step through at most `epochs` more epochs, at the end of the drive through a second pass if there is one; `true` when
@@ -200,13 +202,12 @@ impl<E: Estimator> Run<E> {
                 self.looked_back = self.estimator.look_back(&mut self.out, epochs);
                 return Ok(self.looked_back >= 1.0);
             };
-            let stepped = match &self.blindfold {
-                None => self.estimator.step(epoch),
-                Some(blindfold) => {
-                    let mut epoch = *epoch;
-                    blindfold.apply(&mut epoch);
-                    self.estimator.step(&epoch)
-                }
+            let stepped = if self.blindfolds.is_empty() {
+                self.estimator.step(epoch)
+            } else {
+                let mut epoch = *epoch;
+                self.blindfolds.iter().for_each(|blindfold| blindfold.apply(&mut epoch));
+                self.estimator.step(&epoch)
             };
             let estimate = stepped.map_err(|source| RunError::Step { estimator: E::NAME, time: epoch.time, source })?;
             if let Some(estimate) = estimate {

@@ -52,6 +52,16 @@ pub struct WheelLatency {
     pub correlation: f64,
 }
 
+/// A delay from which on it is worth a word, s.
+const NOTABLE: f64 = 0.02;
+
+impl WheelLatency {
+    /// Whether it is large enough and clear enough, at three sigmas, to be corrected.
+    pub fn is_notable(&self) -> bool {
+        self.delay >= NOTABLE && self.delay >= 3.0 * self.sigma
+    }
+}
+
 /// Values on the common grid, linear between samples; NaN outside and across holes.
 fn on_grid(samples: impl Iterator<Item = (f64, f64)>, start: f64, count: usize) -> Vec<f64> {
     let mut out = vec![f64::NAN; count];

@@ -27,6 +27,16 @@ pub struct ForwardOffset {
     pub distance: f64,
 }
 
+/// An offset from which on it is worth a word, m/s^2: 0.2 deg of grade.
+const NOTABLE: f64 = 0.03;
+
+impl ForwardOffset {
+    /// Whether it is large enough and clear enough, at three sigmas, to be taken off.
+    pub fn is_notable(&self) -> bool {
+        self.offset.abs() > NOTABLE.max(3.0 * self.sigma)
+    }
+}
+
 /// Least squares of a line, one point at a time.
 #[derive(Default)]
 struct Line {

@@ -11,6 +11,7 @@
 //! contradict rest, and four that stand end motion before the windows have settled.
 //! Not known: which way the car moves, and what moves it: a parked car with a loud engine may look like a moving one.
 
+pub mod decisions;
 mod detector;
 mod disk;
 mod rules;

@@ -28,6 +28,18 @@ pub struct EstimatorInfo {
     pub columns: &'static [Column],
 }
 
+impl EstimatorInfo {
+    /// The signals it reads that a drive does not have.
+    pub fn missing(&self, drive: &Drive) -> impl Iterator<Item = &'static Need> {
+        self.needs.iter().filter(|n| !drive.has(n.signal))
+    }
+
+    /// Whether a drive has every signal that it cannot do without.
+    pub fn can_run(&self, drive: &Drive) -> bool {
+        self.missing(drive).all(|n| !n.required)
+    }
+}
+
 const fn info<E: Estimator>() -> EstimatorInfo {
     EstimatorInfo {
         name: E::NAME,
@@ -41,22 +53,23 @@ const fn info<E: Estimator>() -> EstimatorInfo {
 }
 
 macro_rules! estimators {
-    ($( $(#[$condition:meta])? $variant:ident = $ty:ty ),+ $(,)?) => {
+    ($( $variant:ident = $ty:ty ),+ $(,)?) => {
         /// Every estimator.
-        pub static ESTIMATORS: &[EstimatorInfo] = &[ $( $(#[$condition])? info::<$ty>() ),+ ];
+        pub static ESTIMATORS: &[EstimatorInfo] = &[ $( info::<$ty>() ),+ ];
 
         #[derive(Debug)]
-        enum Inner { $( $(#[$condition])? $variant(Box<Run<$ty>>) ),+ }
+        enum Inner { $( $variant(Box<Run<$ty>>) ),+ }
 
         impl AnyRun {
             /// Start a run of the estimator called `name` with parameters from a JSON object (null: defaults).
             ///
             /// # Errors
             /// Unknown name, a parameter that cannot be taken, or a missing signal.
+            #[inline(never)]
             pub fn new(
                 name: &str, drive: &Drive, params: &Value, vehicle: Option<&VehicleParams>,
             ) -> Result<Self, RunError> {
-                $( $(#[$condition])? if name == <$ty as Estimator>::NAME {
+                $( if name == <$ty as Estimator>::NAME {
                     let params = <<$ty as Estimator>::Params as Params>::from_json(params)?;
                     let run = Run::<$ty>::new(drive, &params, vehicle)?;
                     return Ok(Self {
@@ -70,28 +83,29 @@ macro_rules! estimators {
             ///
             /// # Errors
             /// When the estimator gives up.
+            #[inline(never)]
             pub fn advance(&mut self, drive: &Drive, epochs: usize) -> Result<bool, RunError> {
-                match &mut self.inner { $( $(#[$condition])? Inner::$variant(run) => run.advance(drive, epochs) ),+ }
+                match &mut self.inner { $( Inner::$variant(run) => run.advance(drive, epochs) ),+ }
             }
-            /// Hide a sensor's samples in some windows, from here on.
+            /// Hide a sensor's samples in some windows, from here on, with those that are hidden already.
             pub fn blind(&mut self, blindfold: Blindfold) {
-                match &mut self.inner { $( $(#[$condition])? Inner::$variant(run) => run.blind(blindfold) ),+ }
+                match &mut self.inner { $( Inner::$variant(run) => run.blind(blindfold) ),+ }
             }
             /// Share of the run done, 0 to 1.
             pub fn fraction(&self, drive: &Drive) -> f64 {
-                match &self.inner { $( $(#[$condition])? Inner::$variant(run) => run.fraction(drive) ),+ }
+                match &self.inner { $( Inner::$variant(run) => run.fraction(drive) ),+ }
             }
             /// The estimates so far.
             pub fn series(&self) -> &Series {
-                match &self.inner { $( $(#[$condition])? Inner::$variant(run) => run.estimates().series() ),+ }
+                match &self.inner { $( Inner::$variant(run) => run.estimates().series() ),+ }
             }
             /// What the estimator noticed so far.
             pub fn notices(&self) -> &[Notice] {
-                match &self.inner { $( $(#[$condition])? Inner::$variant(run) => run.notices().list() ),+ }
+                match &self.inner { $( Inner::$variant(run) => run.notices().list() ),+ }
             }
             /// The estimates, by value.
             pub fn into_series(self) -> Series {
-                match self.inner { $( $(#[$condition])? Inner::$variant(run) => run.into_series() ),+ }
+                match self.inner { $( Inner::$variant(run) => run.into_series() ),+ }
             }
         }
     };
@@ -112,15 +126,10 @@ estimators! {
     Slope = crate::slope::Slope,
     MotionMode = crate::motion_mode::MotionModeDetector,
     GnssIns = crate::gnss_ins::GnssIns,
-    #[cfg(feature = "all")]
     LandIns = crate::land_ins::LandIns,
-    #[cfg(feature = "all")]
     GyroFree = crate::gyro_free::GyroFree,
-    #[cfg(feature = "all")]
     Stationarity = crate::stationarity::Stationarity,
-    #[cfg(feature = "all")]
     Gnss = crate::gnss::GnssReceiver,
-    #[cfg(feature = "all")]
     Attitude = crate::attitude::Attitude,
 }
 

@@ -11,6 +11,7 @@ use drivescope_drive::channel::{Channel, Series};
 use drivescope_drive::drive::Drive;
 use drivescope_drive::record;
 
+mod laps;
 mod path;
 mod write;
 
@@ -164,16 +165,54 @@ impl RoadProfile {
         for (index, pass) in passes.iter().enumerate().skip(1) {
             columns.push(pass.along(first).ok_or(ProfileError::Apart(index + 1))?);
         }
+        Ok(Self { points: first.joined(columns), passes: passes.len(), path: first.path.clone() })
+    }
+
+    /// A drive's profile over its whole distance: each of its `laps` (see [`RoadProfile::laps`]) merged with the other ones
+    /// and with `others`, passes of other drives. Also which of `others` have a stretch in common with it.
+    ///
+    /// # Errors
+    /// No lap.
+    pub fn of_laps(laps: &[Self], others: &[Self]) -> Result<(Self, Vec<bool>), ProfileError> {
+        let frame = laps.first().ok_or(ProfileError::Empty)?.path.frame;
+        let mut is_common = vec![false; others.len()];
+        let mut whole = Self { points: Channel::default(), passes: 1, path: Path { frame, places: Vec::new() } };
+        for (own, lap) in laps.iter().enumerate() {
+            let mut columns: Vec<Vec<RoadPoint>> = vec![lap.points.iter().map(|p| p.1).collect()];
+            columns.extend(laps.iter().enumerate().filter(|(k, _)| *k != own).filter_map(|(_, l)| l.along(lap)));
+            for (other, is_common) in others.iter().zip(&mut is_common) {
+                let along = other.along(lap);
+                *is_common |= along.is_some();
+                columns.extend(along);
+            }
+            for (distance, point) in lap.joined(columns).iter() {
+                whole.passes = whole.passes.max(point.passes as usize);
+                // The distances of the laps follow one another.
+                let _ = whole.points.push(distance, point);
+            }
+            whole.path.places.extend_from_slice(&lap.path.places);
+        }
+        Ok((whole, is_common))
+    }
+
+    /// The length of the profile, m.
+    pub fn length(&self) -> f64 {
+        let distance = self.points.time();
+        distance.last().zip(distance.first()).map_or(0.0, |(last, first)| last - first)
+    }
+
+    /// The points of several passes at this one's places, this one's first, as one.
+    fn joined(&self, mut columns: Vec<Vec<RoadPoint>>) -> Channel<RoadPoint> {
         level_altitudes(&mut columns);
         let mut points = Channel::default();
-        for (row, (distance, point)) in first.points.iter().enumerate() {
+        for (row, (distance, point)) in self.points.iter().enumerate() {
             let at = columns.iter().map(|c| c[row]);
             let (grade, grade_sigma) = join(at.clone().map(|p| (p.grade, p.grade_sigma)));
             let (altitude, altitude_sigma) = join(at.clone().map(|p| (p.altitude, p.altitude_sigma)));
             let passes = at.filter(|p| p.grade.is_finite()).count() as f64;
             let _ = points.push(distance, RoadPoint { grade, grade_sigma, altitude, altitude_sigma, passes, ..point });
         }
-        Ok(Self { points, passes: passes.len(), path: first.path.clone() })
+        points
     }
 
     /// This pass's values at the places of `first`; NaN where it was not there. `None` if it was nowhere there.

@@ -5,6 +5,7 @@
 //! Rows where estimate or truth has no value are left out, column by column.
 
 pub mod change;
+pub mod errors;
 pub mod labels;
 pub mod mode;
 pub mod reference;

@@ -7,6 +7,7 @@
 
 use drivescope_drive::drive::{Epoch, LogStart, Signal};
 use drivescope_drive::geodesy::STANDARD_GRAVITY;
+use drivescope_drive::select::midpoint;
 use drivescope_drive::vehicle::VehicleParams;
 use drivescope_drive::{params, record};
 
@@ -206,20 +207,9 @@ impl Stationarity {
         let first = std::mem::take(&mut self.first);
         for k in 0..3 {
             let mut values: Vec<f64> = first.iter().map(|mean| self.statistics(mean, bias)[k]).collect();
-            self.thresholds[k] = self.params.threshold_factor * median(&mut values);
+            self.thresholds[k] = self.params.threshold_factor * midpoint(&mut values);
         }
     }
-}
-
-/// Middle value, or the mean of the two in the middle.
-fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    let upper = *values.select_nth_unstable_by(middle, f64::total_cmp).1;
-    if values.len() % 2 == 1 {
-        return upper;
-    }
-    let lower = values[..middle].iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    0.5 * (lower + upper)
 }
 
 #[cfg(test)]
@@ -257,11 +247,6 @@ mod tests {
                 assert!((a - b).abs() < 1e-9 * (1.0 + b), "{k}: {found:?} {wanted:?}");
             }
         }
-    }
-
-    #[test]
-    fn the_median_of_an_even_number_is_the_mean_of_the_two_in_the_middle() {
-        assert_eq!((median(&mut [4.0, 1.0, 3.0, 2.0]), median(&mut [5.0, 1.0, 3.0])), (2.5, 3.0));
     }
 
     /// Balanced accuracy of rest against motion, over the whole log.

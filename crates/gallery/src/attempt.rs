@@ -1,10 +1,9 @@
 //! Claims for the page: list them, try one piece by piece, look at what came out.
 
+use drivescope_door::{Progress, plain, sentence};
 use drivescope_papers::{Attempt as Trying, Finding, PAPERS};
 use js_sys::Date;
 use wasm_bindgen::prelude::*;
-
-use crate::plain::{Progress, plain, sentence};
 
 /// The papers with their claims, a chapter each; a chapter without claims is one that is still to be written.
 #[wasm_bindgen]

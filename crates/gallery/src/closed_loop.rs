@@ -1,6 +1,7 @@
 //! Closed loops for the page: begin one, let it go on for a while, look at it as it grows.
 
 use drivescope_control::Pose;
+use drivescope_door::{Progress, plain, sentence};
 use drivescope_drive::channel::{Column, Record, Series};
 use drivescope_drive::drive::Epoch;
 use drivescope_drive::param::ParamSpec;
@@ -10,8 +11,6 @@ use js_sys::{Date, Float64Array, Uint8Array};
 use serde::Serialize;
 use serde_json::Value;
 use wasm_bindgen::prelude::*;
-
-use crate::plain::{Progress, plain, sentence};
 
 /// Seconds driven between two looks at the clock.
 const DRIVEN: f64 = 0.5;

@@ -5,7 +5,6 @@
 
 mod attempt;
 mod closed_loop;
-mod plain;
 
 pub use attempt::{Attempt, paper_catalogue};
 pub use closed_loop::{DrivenLoop, loop_catalogue};

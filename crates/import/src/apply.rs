@@ -103,6 +103,9 @@ pub fn apply(mut table: Table, mapping: &Mapping, name: &str) -> Result<(Drive, 
     drive.accel_array = load.channel(6)?;
     drive.range = load.channel(7)?;
     drive.truth = load.truth()?;
+    if let Some(origin) = mapping.origin {
+        drive.set_origin(origin.place());
+    }
     Ok((drive, report))
 }
 
@@ -336,6 +339,8 @@ impl<'m> Loader<'_, 'm> {
     /// The SI values of a signal in these rows.
     fn take(&mut self, name: &str, source: &'m SignalSource, unit_factor: f64, rows: &[u32], all: bool) -> Vec<f64> {
         let (factor, offset) = (unit_factor * source.scale, source.offset);
+        let rest = self.table.rests.iter().find(|(column, _)| *column == source.column);
+        let rest: Option<Vec<f64>> = rest.map(|(_, rest)| rows.iter().map(|&r| rest[r as usize]).collect());
         let uses = self.shared.uses(&source.column, 1);
         *uses -= 1;
         let last_use = *uses == 0 && source.column != self.mapping.time.column;
@@ -347,8 +352,15 @@ impl<'m> Loader<'_, 'm> {
         if !source.blank.is_empty() {
             values.iter_mut().filter(|v| source.blank.contains(v)).for_each(|v| *v = f64::NAN);
         }
-        if factor != 1.0 || offset != 0.0 {
-            values.iter_mut().for_each(|v| *v = *v * factor + offset);
+        if factor != 1.0 {
+            values.iter_mut().for_each(|v| *v *= factor);
+        }
+        for (value, rest) in values.iter_mut().zip(rest.unwrap_or_default()).filter(|(_, rest)| rest.is_finite()) {
+            *value += rest * source.scale;
+        }
+        // Adding 0 would take the sign of a negative 0.
+        if offset != 0.0 {
+            values.iter_mut().for_each(|v| *v += offset);
         }
         let si = signal(name).map_or("1", |c| c.unit);
         self.report.used.push(UsedColumn {

@@ -22,6 +22,15 @@ pub(crate) enum Kind {
     Time,
     /// Text, not kept.
     Text,
+    /// Not wanted: nothing of it is looked at.
+    Left,
+}
+
+impl Kind {
+    /// Whether values are kept.
+    pub fn is_kept(self) -> bool {
+        !matches!(self, Self::Text | Self::Left)
+    }
 }
 
 /// A column while it is read.
@@ -55,7 +64,7 @@ impl ColumnBuilder {
 
     /// Make room for `rows` rows in all.
     pub fn reserve(&mut self, rows: usize) -> Result<(), TryReserveError> {
-        if self.kind == Kind::Text {
+        if !self.kind.is_kept() {
             return Ok(());
         }
         self.values.try_reserve_exact(rows.saturating_sub(self.values.len()))
@@ -64,15 +73,36 @@ impl ColumnBuilder {
     /// Append a value that `value` or the caller's own parsing gave.
     #[inline]
     pub fn push(&mut self, value: f64) {
-        if self.kind != Kind::Text {
+        if self.kind.is_kept() {
             self.values.push(value);
+        }
+    }
+
+    /// Append the values of several rows.
+    #[inline]
+    #[cfg(not(target_family = "wasm"))]
+    pub fn extend<'a>(&mut self, values: impl Iterator<Item = &'a f64>) {
+        if self.kind.is_kept() {
+            self.values.extend(values);
+        }
+    }
+
+    /// Append the values of column `index` of rows that are `width` wide.
+    pub fn take(&mut self, rows: &[f64], width: usize, index: usize) {
+        if self.kind == Kind::Text {
+            return;
+        }
+        let before = self.values.len();
+        self.values.resize(before + rows.len() / width, f64::NAN);
+        for (value, row) in self.values[before..].iter_mut().zip(rows.chunks_exact(width)) {
+            *value = row[index];
         }
     }
 
     /// The value of a cell, or why it does not fit. Decides the kind of the column as cells come.
     pub fn value(&mut self, content: Content, text: &[u8], row: usize) -> Result<f64, Refused> {
         match (self.kind, content) {
-            (Kind::Text, _) | (_, Content::Blank) => Ok(f64::NAN),
+            (Kind::Text | Kind::Left, _) | (_, Content::Blank) => Ok(f64::NAN),
             (Kind::Number, Content::Number(v)) => Ok(v),
             (Kind::Number, Content::Infinite) => Ok(f64::NAN),
             (Kind::Number, _) => Err(Refused { row, found: excerpt(text), time: false }),
@@ -150,6 +180,7 @@ impl ColumnBuilder {
         warnings: &mut Warnings,
     ) -> Result<(), ImportError> {
         let is_text = match self.kind {
+            Kind::Left => return Ok(()),
             Kind::Text => true,
             Kind::Open { numbers, texts } => texts > numbers,
             _ => false,

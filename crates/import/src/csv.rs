@@ -1,8 +1,11 @@
 //! Reading CSV in slices: only columns of numbers, one slice and one unfinished row are ever in memory.
 
 use crate::csv_body::Body;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::csv_body::Split;
 use crate::dialect::{SniffError, sniff};
 use crate::error::{ImportError, MAX_ROW_BYTES, MAX_TABLE_COLUMNS};
+use crate::keep::Keep;
 use crate::magic;
 use crate::source::ByteSource;
 use crate::table::Table;
@@ -32,17 +35,42 @@ pub struct CsvReader {
     bytes: u64,
     head: Vec<u8>,
     body: Option<Body>,
+    keep: Option<Keep>,
+    #[cfg(not(target_arch = "wasm32"))]
+    split: Option<Split>,
 }
 
 impl CsvReader {
     /// A reader for the file of this name.
     pub fn new(file: &str) -> Self {
-        Self { file: file.to_owned(), expected_bytes: None, bytes: 0, head: Vec::new(), body: None }
+        Self {
+            file: file.to_owned(),
+            expected_bytes: None,
+            bytes: 0,
+            head: Vec::new(),
+            body: None,
+            keep: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            split: None,
+        }
     }
 
     /// Say how long the file is, so that memory is asked for once.
     pub fn expect_bytes(&mut self, bytes: u64) {
         self.expected_bytes = Some(bytes);
+    }
+
+    /// Let at most so many threads parse a slice, each at least so many bytes of it; without this call, as many as the
+    /// machine has, and 128 KiB. What is read does not depend on it.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn split(&mut self, threads: usize, least_bytes: usize) {
+        self.split = Some(Split { threads, least_bytes });
+    }
+
+    /// Keep a part of the file only, and refuse it where it needs more memory than it may. Say it, and
+    /// [`CsvReader::expect_bytes`], before the first slice.
+    pub fn keep(&mut self, keep: Keep) {
+        self.keep = Some(keep);
     }
 
     /// Number of bytes taken so far.
@@ -121,6 +149,11 @@ impl CsvReader {
         let head = std::mem::take(&mut self.head);
         let start = dialect.body.0.min(head.len());
         let mut body = Body::new(file(), dialect)?;
+        #[cfg(not(target_arch = "wasm32"))]
+        self.split.iter().for_each(|s| body.split = *s);
+        if let Some(keep) = &self.keep {
+            body.keep(keep, &head[start..], self.expected_bytes)?;
+        }
         body.reserve(&head[start..], self.expected_bytes.unwrap_or(0))?;
         body.feed(&head[start..])?;
         self.body = Some(body);
@@ -137,7 +170,7 @@ pub fn read_csv(source: &mut dyn ByteSource, file: &str) -> Result<Table, Import
     if let Some(bytes) = source.len() {
         reader.expect_bytes(bytes);
     }
-    let mut slice = vec![0; 1 << 18];
+    let mut slice = vec![0; 2 << 20];
     loop {
         let count = source.read(&mut slice).map_err(|cause| ImportError::Read { file: file.to_owned(), cause })?;
         if count == 0 {

@@ -1,11 +1,20 @@
 //! The rows of a CSV file below its header, parsed as they come.
 
+#[cfg(not(target_arch = "wasm32"))]
+mod parallel;
+mod plain;
+mod start_and_end;
+
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) use parallel::Split;
+use plain::Plain;
+
 use crate::cell::{Cell, Content, RowScan, content};
 use crate::column::{ColumnBuilder, Kind};
-use crate::dialect::{Dialect, separator_name};
+use crate::dialect::Dialect;
 use crate::error::{ImportError, MAX_ROW_BYTES, MAX_TABLE_COLUMNS};
-use crate::number::parse_prefix;
-use crate::table::{Layout, Table, Warnings};
+use crate::keep::{Keep, Need, Picker};
+use crate::table::Warnings;
 
 /// Where the parsing of one row ended.
 enum Row {
@@ -21,7 +30,21 @@ pub(crate) struct Body {
     file: String,
     dialect: Dialect,
     columns: Vec<ColumnBuilder>,
+    /// What the columns held when plain rows were last looked for.
+    kinds: Vec<Kind>,
     row: Vec<f64>,
+    /// Plain rows on their way to the columns, row after row.
+    block: Vec<f64>,
+    /// Rows to be read cell by cell before plain ones are looked for again.
+    patience: usize,
+    /// How many that is when none are found.
+    next_patience: usize,
+    #[cfg(not(target_arch = "wasm32"))]
+    pub split: Split,
+    taken: u64,
+    keep: Keep,
+    /// Where rows are left out.
+    picker: Option<Picker>,
     pub rows: usize,
     capacity: usize,
     line: usize,
@@ -46,7 +69,16 @@ impl Body {
         Ok(Self {
             file,
             row: vec![f64::NAN; columns.len()],
+            kinds: Vec::new(),
             columns,
+            block: Vec::new(),
+            patience: 0,
+            next_patience: 1,
+            #[cfg(not(target_arch = "wasm32"))]
+            split: Split::default(),
+            taken: 0,
+            keep: Keep::default(),
+            picker: None,
             rows: 0,
             capacity: 0,
             line: dialect.body.1,
@@ -66,13 +98,21 @@ impl Body {
         let rows = sample.iter().filter(|b| **b == self.dialect.cut.eol).count();
         if rows > 0 {
             let expected = bytes as f64 * 1.05 * rows as f64 / sample.len() as f64;
-            self.grow(expected as usize + 16)?;
+            let every = self.keep.every.max(1) as f64;
+            self.grow((expected / every) as usize + 16)?;
         }
         Ok(())
     }
 
     fn grow(&mut self, rows: usize) -> Result<(), ImportError> {
         let wanted = self.capacity.max(rows);
+        let need = Need {
+            rows: self.rows as f64,
+            columns: self.columns.iter().filter(|c| c.kind.is_kept()).count(),
+            step: f64::NAN,
+        };
+        // What is kept already counts here, not what was picked from: rows, not a share of them.
+        need.check(&self.file, &Keep { memory: self.keep.memory, ..Keep::default() })?;
         for column in &mut self.columns {
             if column.reserve(wanted).is_err() {
                 let (file, row) = (self.file.clone(), self.line);
@@ -108,17 +148,87 @@ impl Body {
         let eol = self.dialect.cut.eol;
         let end = bytes.iter().rposition(|&b| b == eol).map_or(0, |i| i + 1);
         let region = &bytes[..end];
-        let mut pos = 0;
+        #[cfg(not(target_arch = "wasm32"))]
+        if self.patience == 0 && self.rows > 0 && self.picker.is_none() {
+            let borders = self.split.borders(region, eol);
+            if !borders.is_empty() {
+                return self.rows_of_parts(region, &borders);
+            }
+        }
+        self.rows_from(region, 0)
+    }
+
+    /// Parse the whole rows from `pos` on; where the first one begins that is not whole.
+    fn rows_from(&mut self, region: &[u8], mut pos: usize) -> Result<usize, ImportError> {
+        let mut quotes = None;
         while pos < region.len() {
+            if self.patience == 0 {
+                let next = self.plain_rows(region, pos)?;
+                if next > pos {
+                    pos = next;
+                    continue;
+                }
+            }
+            // A row that is not whole is left alone: its cells must not be taken twice.
+            let quotes = *quotes.get_or_insert_with(|| region[pos..].contains(&b'"'));
+            if quotes && RowScan::default().find_end(&region[pos..], self.dialect.cut).is_none() {
+                break;
+            }
             match self.parse_row(region, pos)? {
                 Row::Next(next) => {
                     self.check_length(next - pos)?;
+                    self.taken += (next - pos) as u64;
                     pos = next;
                 }
                 Row::Unfinished => break,
             }
+            self.patience = self.patience.saturating_sub(1);
         }
         Ok(pos)
+    }
+
+    /// Take some plain rows from `pos` on; where they end.
+    fn plain_rows(&mut self, region: &[u8], pos: usize) -> Result<usize, ImportError> {
+        self.kinds.clear();
+        self.kinds.extend(self.columns.iter().map(|c| c.kind));
+        let plain = Plain { cut: self.dialect.cut, decimal: self.dialect.decimal, kinds: &self.kinds };
+        let next = plain.rows(region, pos, &mut self.block);
+        if next == pos {
+            self.patience = self.next_patience;
+            self.next_patience = (2 * self.next_patience).min(64);
+            return Ok(pos);
+        }
+        self.next_patience = 1;
+        let width = self.columns.len();
+        if self.picker.is_some() {
+            let block = std::mem::take(&mut self.block);
+            for row in block.chunks_exact(width) {
+                self.row.copy_from_slice(row);
+                self.push_row(0)?;
+            }
+            self.block = block;
+            return Ok(next);
+        }
+        self.begin_rows(self.block.len() / width, next - pos)?;
+        for (i, column) in self.columns.iter_mut().enumerate() {
+            column.take(&self.block, width, i);
+        }
+        Ok(next)
+    }
+
+    /// Make room for rows of one line each, and count them.
+    fn begin_rows(&mut self, rows: usize, bytes: usize) -> Result<(), ImportError> {
+        if self.rows + rows > self.capacity {
+            self.grow(2 * self.rows + rows + 1024)?;
+        }
+        if self.line != self.next_line {
+            self.line_marks.push((self.rows, self.line));
+        }
+        self.rows += rows;
+        self.line += rows;
+        self.next_line = self.line;
+        self.taken += bytes as u64;
+        Ok(())
     }
 
     fn check_length(&self, length: usize) -> Result<(), ImportError> {
@@ -173,36 +283,19 @@ impl Body {
         if self.columns[column].kind != Kind::Number {
             return None;
         }
-        let cut = self.dialect.cut;
-        let (value, end) = match *bytes.get(pos)? {
-            b if b == cut.separator && !cut.collapse => (f64::NAN, pos),
-            b'n' | b'N' if bytes.get(pos + 1..pos + 3).is_some_and(|b| b.eq_ignore_ascii_case(b"an")) => {
-                (f64::NAN, pos + 3)
-            }
-            _ => {
-                let (value, used) = parse_prefix(&bytes[pos..], self.dialect.decimal)?;
-                if value.is_infinite() {
-                    return None;
-                }
-                (value, pos + used)
-            }
-        };
-        let after = *bytes.get(end)?;
-        let last = after == cut.eol;
-        if last || (after == cut.separator && !cut.collapse) {
-            self.row[column] = value;
-            return Some((end + 1, last));
-        }
-        if after == b'\r' && bytes.get(end + 1) == Some(&cut.eol) {
-            self.row[column] = value;
-            return Some((end + 2, true));
-        }
-        None
+        let plain = Plain { cut: self.dialect.cut, decimal: self.dialect.decimal, kinds: &[] };
+        let (value, next, last) = plain.number(bytes, pos)?;
+        self.row[column] = value;
+        Some((next, last))
     }
 
     /// Any cell.
     #[cold]
     fn cell(&mut self, index: usize, cell: Cell) -> Result<(), ImportError> {
+        if self.columns[index].kind == Kind::Left {
+            self.row[index] = f64::NAN;
+            return Ok(());
+        }
         let mut found = content(cell.text, self.dialect.decimal);
         if found == Content::Text && self.dialect.decimal_open {
             found = content(cell.text, b',');
@@ -276,75 +369,15 @@ impl Body {
     }
 
     fn push_row(&mut self, inner_lines: usize) -> Result<(), ImportError> {
-        if self.rows == self.capacity {
-            self.grow(2 * self.rows + 1024)?;
+        if self.picker.as_mut().is_some_and(|p| !p.takes(&self.row)) {
+            self.line += 1 + inner_lines;
+            return Ok(());
         }
-        if self.line != self.next_line {
-            self.line_marks.push((self.rows, self.line));
-        }
+        self.begin_rows(1, 0)?;
         for (column, value) in self.columns.iter_mut().zip(&self.row) {
             column.push(*value);
         }
-        self.rows += 1;
-        self.next_line = self.line + 1;
-        self.line += 1 + inner_lines;
+        self.line += inner_lines;
         Ok(())
-    }
-
-    /// The table, once all bytes were taken.
-    pub fn finish(mut self, bytes: u64) -> Result<Table, ImportError> {
-        if !self.carry.is_empty() {
-            self.finish_last_row()?;
-        }
-        let first = self.line_marks.first().map_or(0, |(_, line)| *line);
-        if self.rows < 2 {
-            let place = if self.rows == 1 { format!("row {first}") } else { "after the header".into() };
-            return Err(ImportError::TooFewRows { file: self.file, found: self.rows, place });
-        }
-        let layout = Layout {
-            separator: separator_name(self.dialect.cut),
-            decimal: char::from(self.dialect.decimal),
-            header_row: self.dialect.header_line,
-            unit_row: self.dialect.unit_line,
-            skipped_lines: self.dialect.skipped + self.comments,
-        };
-        let mut table = Table {
-            name: self.file,
-            format: "CSV",
-            rows: self.rows,
-            layout,
-            bytes,
-            stated: self.dialect.stated,
-            line_marks: self.line_marks,
-            ..Table::default()
-        };
-        for column in self.columns {
-            column.finish(&table.name, &mut table.columns, &mut table.text_columns, &mut self.warnings)?;
-        }
-        table.warnings = self.warnings.finish();
-        Ok(table)
-    }
-
-    /// The last line, when it has no end of line.
-    fn finish_last_row(&mut self) -> Result<(), ImportError> {
-        let eol = self.dialect.cut.eol;
-        let mut carry = std::mem::take(&mut self.carry);
-        if carry.trim_ascii().is_empty() || carry == b"\x1a" {
-            return Ok(());
-        }
-        let open = matches!(self.scan, RowScan::Quoted);
-        if open && carry.contains(&eol) {
-            return Err(self.unclosed(RowScan::open_quote(&carry, self.dialect.cut).unwrap_or(0)));
-        }
-        if open {
-            self.warnings.add("last row is cut off and left out", None, self.line);
-            return Ok(());
-        }
-        carry.push(eol);
-        self.last_row = true;
-        match self.parse_row(&carry, 0)? {
-            Row::Next(_) => Ok(()),
-            Row::Unfinished => Err(self.unclosed(0)),
-        }
     }
 }

@@ -1,11 +1,16 @@
 //! Why a file does not become a drive: one sentence each, naming the place, what was expected and what was found.
 
+use crate::keep::Offer;
 use crate::source::ReadError;
 
 /// Columns beyond this are refused.
 pub const MAX_TABLE_COLUMNS: usize = 4096;
 /// A row longer than this, bytes, is refused.
 pub const MAX_ROW_BYTES: usize = 4 << 20;
+
+/// What can be opened, for a sentence.
+const OPENABLE: &str = "CSV, MDF 4, BLF, ASC and candump with their DBC, MCAP, ROS 1 bag, PX4 ULog, NMEA, GPX, VBO, OxTS, \
+                        NumPy, OpenXC, and these in ZIP or gzip";
 
 /// Why a file does not become a drive. `Display` is the sentence for people.
 ///
@@ -17,11 +22,11 @@ pub enum ImportError {
     #[error("{file}: expected a header row and rows of numbers, found an empty file; record or export the log again.")]
     Empty { file: String },
     /// The file is in a format that is known by its first bytes and not read.
-    #[error("{file}: expected CSV text, found {found}; export the log as CSV.")]
+    #[error("{file}: expected a log, found {found}; what can be opened: {OPENABLE}.")]
     OtherFormat { file: String, found: &'static str },
     /// The file is not text.
     #[error(
-        "{file}, row {row}: expected text, found binary data (byte {byte:#04x} at offset {offset}); export the log as CSV."
+        "{file}, row {row}: expected text, found binary data (byte {byte:#04x} at offset {offset}) of an unknown format; what can be opened: {OPENABLE}."
     )]
     Binary { file: String, row: usize, byte: u8, offset: usize },
     /// More columns than a log has.
@@ -123,6 +128,11 @@ pub enum ImportError {
         "{file}, row {row}: expected to hold {columns} columns in memory, found no more of it; choose fewer columns or cut the file."
     )]
     OutOfMemory { file: String, row: usize, columns: usize },
+    /// The file would take more memory than it may.
+    #[error(
+        "{file}: expected a log that fits into {limit} MB, found one that needs about {needed} MB ({rows} rows of {columns} columns); read {offer}."
+    )]
+    TooLarge { file: String, needed: u64, limit: u64, rows: u64, columns: usize, offer: Offer },
     /// Something in a file of a known format that is not as the format has it.
     #[error("{file}, {place}: expected {expected}, found {found}; {advice}.")]
     Form { file: String, place: String, expected: String, found: String, advice: &'static str },

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use drivescope_drive::csv::file_unit;
 use drivescope_drive::disk::Disk;
+use drivescope_drive::geodesy::Geodetic;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{ImportError, name_list};
@@ -44,6 +45,58 @@ pub struct Mapping {
     /// The six-accelerometer disk as calibrated; without it the disk is as drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub disk: Option<Disk>,
+    /// Origin of local coordinates; without it the first place of the truth or of the satellites.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin: Option<Origin>,
+}
+
+/// Origin of local coordinates as a person gives it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "OriginForm")]
+pub struct Origin {
+    /// Latitude, deg.
+    pub lat_deg: f64,
+    /// Longitude, deg.
+    pub lon_deg: f64,
+    /// Height above the ellipsoid, m.
+    pub alt: f64,
+}
+
+/// The same before it has been checked.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OriginForm {
+    lat_deg: f64,
+    lon_deg: f64,
+    #[serde(default)]
+    alt: f64,
+}
+
+impl TryFrom<OriginForm> for Origin {
+    type Error = String;
+    fn try_from(form: OriginForm) -> Result<Self, String> {
+        Self::new(form.lat_deg, form.lon_deg, form.alt)
+    }
+}
+
+impl Origin {
+    /// A checked origin: latitude and longitude in degrees, height in metres.
+    ///
+    /// # Errors
+    /// A sentence where one of them is none.
+    pub fn new(lat_deg: f64, lon_deg: f64, alt: f64) -> Result<Self, String> {
+        // What is not a number is inside no limit.
+        let ranges = [("latitude", lat_deg, 89.9), ("longitude", lon_deg, 360.0), ("height", alt, 1e5)];
+        match ranges.iter().find(|(_, value, limit)| value.is_nan() || value.abs() > *limit) {
+            Some((what, value, limit)) => Err(format!("{what} of the origin: expected at most {limit}, found {value}")),
+            None => Ok(Self { lat_deg, lon_deg, alt }),
+        }
+    }
+
+    /// The place.
+    pub fn place(&self) -> Geodetic {
+        Geodetic { lat: self.lat_deg.to_radians(), lon: self.lon_deg.to_radians(), alt: self.alt }
+    }
 }
 
 /// Where time comes from: `offset + column in s + fraction in s`.
@@ -151,7 +204,16 @@ impl Mapping {
     /// A mapping of no signal yet.
     pub fn of(time: TimeSource) -> Self {
         let (signals, mounts, delays) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
-        Self { version: MAPPING_VERSION, time, signals, drop_repeats: Vec::new(), mounts, delays, disk: None }
+        Self {
+            version: MAPPING_VERSION,
+            time,
+            signals,
+            drop_repeats: Vec::new(),
+            mounts,
+            delays,
+            disk: None,
+            origin: None,
+        }
     }
 
     /// Read a mapping from JSON; `file` names it in errors.
@@ -312,6 +374,7 @@ mod tests {
             time: TimeSource { offset: 0.5, skip_steps_back: true, ..TimeSource::plain("t", "ms") },
             signals: BTreeMap::new(),
             drop_repeats: vec!["gnss".into()],
+            origin: Origin::new(36.5, 127.25, 60.0).ok(),
             mounts: BTreeMap::from([("imu".into(), Mount { roll_deg: 1.5, pitch_deg: -3.75, yaw_deg: 90.0 })]),
             delays: BTreeMap::from([("gnss".into(), 0.125)]),
             disk: Some(Disk::drawn(0.08)),

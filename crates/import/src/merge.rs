@@ -6,6 +6,7 @@ use crate::clock;
 use crate::error::ImportError;
 use crate::names::{self, time_name};
 use crate::opening::Log;
+use crate::order::sort_by;
 use crate::pairing::{gather_fixes, pair_inertial};
 use crate::propose::Unused;
 use crate::table::{RawColumn, Table, TimeEpoch, Warning};
@@ -108,15 +109,15 @@ impl Part {
 /// # Errors
 /// The first of the tables' own errors if no table has a clock; [`ImportError::OutOfMemory`].
 pub(crate) fn merge(log: Log) -> Result<Merged, ImportError> {
-    let Log { mut tables, mut warnings, bytes } = log;
+    let Log { mut tables, mut warnings, mut notes, bytes } = log;
     if tables.len() == 1 {
         let mut table = tables.remove(0);
         table.bytes = table.bytes.max(bytes);
         table.warnings.append(&mut warnings);
-        return Ok(Merged { table, unused: Vec::new(), notes: Vec::new() });
+        return Ok(Merged { table, unused: Vec::new(), notes });
     }
-    let mut notes = Vec::new();
     let mut parts = timed(tables, &mut warnings)?;
+    one_drive(&parts)?;
     let epoch = align(&mut parts, &mut notes);
     let name = file_names(&parts);
     let mut parts = join(parts, &mut notes);
@@ -158,6 +159,27 @@ fn timed(tables: Vec<Table>, warnings: &mut Vec<Warning>) -> Result<Vec<Part>, I
         warnings.push(Warning { message, column: None, row: None, count: left_out.len() });
     }
     Ok(parts)
+}
+
+/// Refuse files that are days apart: they are several drives.
+fn one_drive(parts: &[Part]) -> Result<(), ImportError> {
+    let span = |p: &Part| match p.base {
+        Base::Absolute(base) => Some((base as f64 / 1e9 + p.ends().0, base as f64 / 1e9 + p.ends().1)),
+        _ => None,
+    };
+    let spans: Vec<(f64, f64, &str)> =
+        parts.iter().filter_map(|p| span(p).map(|(start, end)| (start, end, p.table.name.as_str()))).collect();
+    for later in &spans {
+        let before = spans.iter().filter(|s| s.0 < later.0).max_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((_, end, name)) = before.filter(|s| later.0 - s.1 > DAY && s.2 != later.2) else { continue };
+        let days = (later.0 - end) / DAY;
+        let sentence = format!(
+            "{} begins {days:.1} days after the end of {name}: expected files of one drive; open them one after the other.",
+            later.2
+        );
+        return Err(ImportError::Nothing { sentence });
+    }
+    Ok(())
 }
 
 /// Put all times on one clock; what it counts from, if that is known.
@@ -203,7 +225,7 @@ fn join(parts: Vec<Part>, notes: &mut Vec<String>) -> Vec<Part> {
     // The kinds of tables keep the order in which they came; the parts of a kind go by time.
     let kind = |p: &Part| parts.iter().position(|q| q.schema() == p.schema()).unwrap_or(0);
     let mut index: Vec<(usize, f64, usize)> = parts.iter().enumerate().map(|(i, p)| (kind(p), p.ends().0, i)).collect();
-    index.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+    sort_by(&mut index, |a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
     let mut slots: Vec<Option<Part>> = parts.into_iter().map(Some).collect();
     for (_, _, i) in index {
         let Some(mut part) = slots[i].take() else { continue };

@@ -7,6 +7,7 @@ use crate::error::ImportError;
 use crate::formats::{
     Array, Context, Dbc, Format, HEAD, OxtsRows, OxtsStamps, Reader, Seeking, assemble, reader, seeking,
 };
+use crate::keep::Keep;
 use crate::source::{MemorySource, Source};
 use crate::table::{Table, Warning};
 
@@ -20,6 +21,8 @@ pub struct Log {
     pub tables: Vec<Table>,
     /// What was passed over, beside what the tables say themselves.
     pub warnings: Vec<Warning>,
+    /// What was assumed.
+    pub notes: Vec<String>,
     /// Bytes read.
     pub bytes: u64,
 }
@@ -29,6 +32,7 @@ pub struct Log {
 pub(crate) struct Gathered {
     pub tables: Vec<Table>,
     pub warnings: Vec<Warning>,
+    pub notes: Vec<String>,
     /// Members of archives that have to be read as files of their own.
     pub unpacked: Vec<(MemorySource, Context)>,
     /// Databases of bus signals read so far.
@@ -59,7 +63,7 @@ impl Gathered {
             return Err(ImportError::Nothing { sentence });
         }
         failures.into_iter().for_each(|f| self.warn(f));
-        Ok(Log { tables: self.tables, warnings: self.warnings, bytes })
+        Ok(Log { tables: self.tables, warnings: self.warnings, notes: self.notes, bytes })
     }
 }
 
@@ -115,6 +119,7 @@ pub struct Opening {
     total: u64,
     done: u64,
     slice: Vec<u8>,
+    keep: Rc<Keep>,
 }
 
 impl Opening {
@@ -130,6 +135,7 @@ impl Opening {
             total: 0,
             done: 0,
             slice: vec![0; SLICE],
+            keep: Rc::default(),
         };
         for source in sources {
             opening.total += source.len();
@@ -150,6 +156,11 @@ impl Opening {
             self.waiting.push_back(waiting)
         }
         Ok(())
+    }
+
+    /// Keep a part only of every CSV, and refuse those that need more memory than they may. Say it before the first step.
+    pub fn keep(&mut self, keep: Keep) {
+        self.keep = Rc::new(keep);
     }
 
     /// Do one piece of work; whether there is more to do.
@@ -193,6 +204,7 @@ impl Opening {
         let waiting = self.waiting.pop_front()?;
         let mut context = waiting.context.clone();
         context.dbc = self.log.dbc.clone();
+        context.keep = self.keep.clone();
         let reading = match seeking(waiting.format, &context) {
             Some(seeking) => Reading::Sought(seeking),
             None => Reading::Fed { offset: 0, reader: reader(waiting.format, context) },

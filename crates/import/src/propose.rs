@@ -10,6 +10,7 @@ use crate::error::ImportError;
 use crate::evidence::{Draft, Settled};
 use crate::mapping::{Mapping, SignalSource};
 use crate::names::{self, signal, time_name};
+use crate::order::sort_by;
 use crate::table::{RawColumn, Table};
 use crate::units;
 
@@ -136,7 +137,7 @@ pub(crate) fn choose(
             Err(reason) => reasons[index] = Some(reason),
         }
     }
-    open.sort_by_key(|(index, m)| (m.rank, *index));
+    sort_by(&mut open, |a, b| (a.1.rank, a.0).cmp(&(b.1.rank, b.0)));
     for (index, found) in open {
         if chosen.iter().any(|c| c.column == index) {
             continue;
@@ -157,7 +158,7 @@ pub(crate) fn choose(
             unused.push(Unused { column: column.name.clone(), reason });
         }
     }
-    chosen.sort_by_key(|c| c.column);
+    sort_by(&mut chosen, |a, b| a.column.cmp(&b.column));
     chosen
 }
 

@@ -1,9 +1,10 @@
 //! The second table of a drive: raw satellite ranges, one row per satellite and instant.
 
+use drivescope_drive::drive::Drive;
 use drivescope_drive::satellites::{RAW_COLUMNS, RawGnss, Satellite};
 
 use crate::clock;
-use crate::error::ImportError;
+use crate::error::{ImportError, form};
 use crate::mapping::TimeSource;
 use crate::table::{RawColumn, Table};
 use crate::units;
@@ -55,6 +56,42 @@ pub fn raw_gnss(table: &Table, offset: f64) -> Result<RawGnss, ImportError> {
     }
     close(&mut raw, since, &mut view);
     Ok(raw)
+}
+
+/// Take the table of raw ranges out of the tables of a log.
+///
+/// # Errors
+/// [`ImportError::Nothing`] where there are several.
+pub(crate) fn take_raw(tables: &mut Vec<Table>) -> Result<Option<Table>, ImportError> {
+    let Some(index) = tables.iter().position(is_raw_gnss) else { return Ok(None) };
+    let ranges = tables.remove(index);
+    let name = &ranges.name;
+    match tables.iter().find(|t| is_raw_gnss(t)) {
+        Some(other) => {
+            let what = "expected one table of raw ranges, found two; open the log with one.";
+            Err(ImportError::Nothing { sentence: format!("{name} and {}: {what}", other.name) })
+        }
+        None => Ok(Some(ranges)),
+    }
+}
+
+/// Give a drive its raw ranges; what there are, in words. `offset` as in [`raw_gnss`].
+///
+/// # Errors
+/// Those of [`raw_gnss`], and [`ImportError::Form`] where they are of another time.
+pub(crate) fn add_raw(drive: &mut Drive, table: &Table, offset: f64) -> Result<String, ImportError> {
+    let raw = raw_gnss(table, offset)?;
+    if let (Some((start, end)), false) = (drive.span(), raw.is_empty()) {
+        let (first, last) = (raw.at(0).0, raw.at(raw.len() - 1).0);
+        if last < start || first > end {
+            let expected = format!("times within those of the log, {start:.1} to {end:.1} s");
+            let found = format!("{first:.1} to {last:.1} s");
+            return Err(form(&table.name, "column `t`".into(), &expected, &found, "give both the same clock"));
+        }
+    }
+    let note = format!("{}: raw ranges of satellites at {} instants belong to this drive.", table.name, raw.len());
+    drive.raw_gnss = raw;
+    Ok(note)
 }
 
 /// Put the satellites of an instant in their place. Times run forward here: `clock::times` has seen to that.

@@ -8,11 +8,12 @@ use crate::clock::epoch_text;
 use crate::csv::read_csv;
 use crate::error::ImportError;
 use crate::examine::{Examination, examine};
-use crate::mapping::Mapping;
+use crate::mapping::{Mapping, TimeSource};
 use crate::merge::{Merged, merge};
 use crate::names::signal;
 use crate::opening::Log;
 use crate::propose::{Confidence, Entry, Proposal, Unused, propose};
+use crate::raw_gnss::{add_raw, take_raw};
 use crate::source::ByteSource;
 use crate::table::{Layout, Table, Warning};
 
@@ -103,13 +104,36 @@ pub fn open_table(table: Table, mapping: Option<&Mapping>) -> Result<(Drive, Ope
     Ok((drive, report))
 }
 
-/// Make a drive of everything that was read from one or several files: under `mapping`, or under the one proposed.
+/// Make a drive of raw satellite ranges alone.
 ///
 /// # Errors
-/// Those of [`open_table`], and [`ImportError::OutOfMemory`] where the tables do not fit into one.
-pub fn open_log(log: Log, mapping: Option<&Mapping>) -> Result<(Drive, OpenReport), ImportError> {
+/// Those of [`raw_gnss`](crate::raw_gnss()).
+pub fn open_raw(table: &Table) -> Result<(Drive, OpenReport), ImportError> {
+    let raw_gnss = crate::raw_gnss(table, 0.0)?;
+    let mapping = Mapping::of(TimeSource::plain("t", "s"));
+    let proposal = Proposal { mapping, entries: Vec::new(), unused: Vec::new(), notes: Vec::new() };
+    let mut report = frame(table, &proposal);
+    let drive = Drive { name: table.name.clone(), raw_gnss, ..Drive::default() };
+    fill(&mut report, &proposal, MapReport::default(), &drive);
+    Ok((drive, report))
+}
+
+/// Make a drive of everything that was read from one or several files: under `mapping`, or under the one proposed. A
+/// table of raw satellite ranges among them is that of the drive, and a drive alone.
+///
+/// # Errors
+/// Those of [`open_table`] and of [`raw_gnss`](crate::raw_gnss), and [`ImportError::OutOfMemory`] where the tables do not
+/// fit into one. Files that are no parts of one drive are [`ImportError::Nothing`].
+pub fn open_log(mut log: Log, mapping: Option<&Mapping>) -> Result<(Drive, OpenReport), ImportError> {
+    let ranges = take_raw(&mut log.tables)?;
+    if let (Some(ranges), true) = (&ranges, log.tables.is_empty()) {
+        return open_raw(ranges);
+    }
     let Merged { table, unused, notes } = merge(log)?;
-    let (drive, mut report) = open_table(table, mapping)?;
+    let (mut drive, mut report) = open_table(table, mapping)?;
+    if let Some(ranges) = ranges {
+        report.notes.push(add_raw(&mut drive, &ranges, report.mapping.time.offset)?);
+    }
     report.unused.extend(unused);
     report.notes.splice(0..0, notes);
     Ok((drive, report))

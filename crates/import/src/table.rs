@@ -1,5 +1,6 @@
 //! What a file holds: named columns of numbers, without meaning yet.
 
+use drivescope_drive::csv::{REST, file_unit};
 use serde::Serialize;
 
 /// A column of numbers as the file has them.
@@ -96,6 +97,8 @@ pub struct Table {
     pub bytes: u64,
     /// What comments at the head state as `# name = value`.
     pub stated: Vec<(String, String)>,
+    /// What columns of degrees leave of angles, rad, with the name of the column: see [`drivescope_drive::csv::REST`].
+    pub(crate) rests: Vec<(String, Vec<f64>)>,
     /// `(row index, its line)` where lines do not simply count on.
     pub(crate) line_marks: Vec<(usize, usize)>,
 }
@@ -111,6 +114,16 @@ impl Table {
         match mark.checked_sub(1).map(|i| self.line_marks[i]) {
             Some((first, line)) => line + (row - first),
             None => row + 1,
+        }
+    }
+    /// Take what columns of degrees leave of angles out of the columns.
+    pub(crate) fn take_rests(&mut self) {
+        let is_angle = |name: &str| file_unit(name, "") == "deg";
+        for i in (0..self.columns.len()).rev() {
+            if let Some(angle) = self.columns[i].name.strip_suffix(REST).filter(|n| is_angle(n)) {
+                let angle = angle.to_owned();
+                self.rests.push((angle, self.columns.remove(i).values));
+            }
         }
     }
     /// `row 1`, or that there is no header: the place for a sentence about columns.

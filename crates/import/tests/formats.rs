@@ -78,6 +78,7 @@ fn inertial_samples_come_back_from_every_format_that_has_them() {
         ("mcap lz4", -1.0),
         ("bag", -1.0),
         ("bag lz4", -1.0),
+        ("bag bz2", -1.0),
         ("kitti", -1.0),
         ("mdf sorted", 1.0),
         ("mdf unsorted", 1.0),
@@ -186,6 +187,49 @@ fn sensors_of_several_files_are_merged_on_time() {
     assert_eq!((drive.imu.len(), drive.gnss.len()), (ROWS, ROWS));
     assert!(near(drive.imu.at(0).0, drive.gnss.at(0).0, 1e-9));
     assert!(report.notes.iter().any(|n| n.contains("unknown start")), "{:?}", report.notes);
+}
+
+#[test]
+fn files_of_several_days_are_not_one_drive() {
+    let log = |day: u32| {
+        format!("time,ax [g]\n2024-05-{day:02}T10:00:00Z,0.1\n2024-05-{day:02}T10:00:01Z,0.2\n").into_bytes()
+    };
+    let opened = |a, b| open_log(read(&[("b.csv", log(b)), ("a.csv", log(a))], 1 << 20).unwrap(), None);
+    let error = opened(3, 7).unwrap_err().to_string();
+    assert!(error.starts_with("b.csv begins 4.0 days after the end of a.csv"), "{error}");
+    assert_eq!(opened(3, 3).unwrap().0.imu.len(), 2);
+}
+
+#[test]
+fn a_table_of_raw_ranges_belongs_to_the_log_beside_it() {
+    let raw =
+        |t: u32| format!("t,prn,sat_x,sat_y,sat_z,pr\n{t},3,1,2,3,7\n{t},9,1,2,3,8\n{t}.5,3,1,2,3,9\n").into_bytes();
+    let together = |files: &[(&str, Vec<u8>)]| open_log(read(files, 1 << 20).unwrap(), None);
+    let (drive, report) = together(&[("raw.csv", raw(0)), ("log.csv", samples::csv(0))]).unwrap();
+    assert_eq!((drive.imu.len(), drive.raw_gnss.len(), drive.raw_gnss.at(0).1.len()), (ROWS, 2, 2));
+    assert!(report.name == "log.csv" && report.notes.iter().any(|n| n.contains("raw.csv: raw ranges")), "{report:?}");
+    let (drive, report) = together(&[("raw.csv", raw(0))]).unwrap();
+    assert_eq!(
+        (drive.imu.len(), drive.raw_gnss.len(), report.name.as_str()),
+        (0, 2, "raw.csv"),
+        "ranges alone are a drive"
+    );
+    for (files, expected) in [
+        (
+            vec![("raw.csv", raw(0)), ("b.csv", raw(0)), ("log.csv", samples::csv(0))],
+            "expected one table of raw ranges",
+        ),
+        (vec![("raw.csv", raw(900)), ("log.csv", samples::csv(0))], "raw.csv, column `t`: expected times within those"),
+    ] {
+        let error = together(&files).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn the_database_that_decoded_the_frames_is_named() {
+    let (_, report) = open(&sample("asc").files);
+    assert!(report.notes.iter().any(|n| n.contains("decoded as `") && n.contains(".dbc`")), "{:?}", report.notes);
 }
 
 #[test]

@@ -230,10 +230,7 @@ fn a_written_drive_reads_back_equal() {
         assert_eq!(written.time(), read.time());
         for (index, column) in written.schema().iter().enumerate() {
             for (a, b) in written.column_at(index).iter().zip(read.column_at(index)) {
-                // SI columns come back bit for bit; degrees cost two roundings.
-                let tolerance =
-                    if matches!(column.name, "gnss_lat" | "gnss_lon") { 4.0 * f64::EPSILON * a.abs() } else { 0.0 };
-                assert!((a - b).abs() <= tolerance || (a.is_nan() && b.is_nan()), "{}: {a} {b}", column.name);
+                assert!(a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()), "{}: {a} {b}", column.name);
             }
         }
     }

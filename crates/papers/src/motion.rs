@@ -2,6 +2,7 @@
 
 use drivescope_drive::channel::Series;
 use drivescope_drive::drive::Drive;
+use drivescope_drive::select::midpoint;
 use drivescope_estimation::score::mode::ModeScore;
 use drivescope_estimation::score::score;
 
@@ -214,19 +215,14 @@ fn horizontal((drive, series): (&Drive, &Series)) -> f64 {
     score(series, drive, None).position.map_or(f64::NAN, |p| p.rmse_horizontal)
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    0.5 * (values[(values.len() - 1) / 2] + values[values.len() / 2])
-}
-
 fn navigation(e: &Evidence) -> Result<Vec<Figure>, PaperError> {
     let errors = |kind: &str| -> Result<Vec<f64>, PaperError> {
         SEEDS.iter().map(|seed| Ok(horizontal(e.run(&[kind, " ", &seed.to_string()].concat())?))).collect()
     };
-    let (plain, modes) = (errors("plain")?, errors("modes")?);
+    let (mut plain, mut modes) = (errors("plain")?, errors("modes")?);
     let best_plain = plain.iter().copied().fold(f64::INFINITY, f64::min);
     let worst_modes = modes.iter().copied().fold(0.0, f64::max);
-    let (plain, modes) = (median(plain), median(modes));
+    let (plain, modes) = (midpoint(&mut plain), midpoint(&mut modes));
     Ok(vec![
         Figure::shown("RMS position error of plain navigation, median of eight", "m", plain),
         Figure::shown("the same, best of eight", "m", best_plain),

@@ -1,31 +1,25 @@
 //! The calls of JavaScript.
 
-use drivescope_drive::parts::{Part, Parts, parts};
-use drivescope_import::Mapping;
-use js_sys::{Array, Date, Float64Array};
-use serde::Serialize;
+use drivescope_door::{Handover, Progress, plain, sentence};
+use drivescope_import::{Format, ImportError, Keep, Mapping, Offer, Opening, Source, open_log};
+use js_sys::{Array, Date};
 use wasm_bindgen::prelude::*;
 use web_sys::File;
 
-use crate::reading::Reading;
+use crate::dropped::Dropped;
 
-/// An error whose message is the sentence for the user.
-pub fn sentence(error: impl std::fmt::Display) -> JsError {
-    JsError::new(&error.to_string())
-}
-
-/// A plain object: maps become objects, no number becomes a BigInt.
-fn plain(value: &impl Serialize) -> Result<JsValue, JsError> {
-    value.serialize(&serde_wasm_bindgen::Serializer::json_compatible()).map_err(sentence)
-}
-
-/// How far a piece of long work has come.
-#[derive(Serialize)]
-struct Progress {
-    done: bool,
-    fraction: f64,
-    stage: &'static str,
-    rows: usize,
+/// What a dropped file is to the others: `database` says what the frames of a bus log mean, `bus` may be or hold a bus
+/// log, `log` needs none.
+#[wasm_bindgen]
+pub fn role(file: File) -> Result<String, JsError> {
+    let name = file.name();
+    let format = Dropped::new(file).format().map_err(|e| JsError::new(&format!("{name}: {e}")))?;
+    let role = match format {
+        Format::Dbc => "database",
+        Format::Blf | Format::Asc | Format::Candump | Format::Mdf4 | Format::Gzip | Format::Zip => "bus",
+        _ => "log",
+    };
+    Ok(role.into())
 }
 
 /// Reads files. Lives in the worker of the session.
@@ -33,13 +27,16 @@ struct Progress {
 #[derive(Default)]
 pub struct Reader {
     reading: Option<Reading>,
-    read: Option<Read>,
+    read: Option<Handover>,
+    offer: Option<Offer>,
 }
 
-/// A drive that was read and not yet handed over.
-struct Read {
-    head: Array,
-    parts: Parts,
+/// Files that are being read.
+struct Reading {
+    opening: Opening,
+    mapping: Option<Mapping>,
+    /// Nothing is left to read.
+    is_read: bool,
 }
 
 #[wasm_bindgen]
@@ -50,68 +47,72 @@ impl Reader {
         Self::default()
     }
 
-    /// Start reading a dropped log, perhaps with its raw ranges; `mapping` is the text of a saved mapping, undefined
-    /// lets the reader propose one.
-    pub fn begin(&mut self, mut files: Vec<File>, mapping: Option<String>) -> Result<(), JsError> {
+    /// Start reading dropped files, which are one drive; `mapping` is the text of a saved mapping, undefined lets the
+    /// reader propose one; `keep` says as JSON what is read of a large file ([`Keep`]), undefined all of it.
+    pub fn begin(&mut self, files: Vec<File>, mapping: Option<String>, keep: Option<String>) -> Result<(), JsError> {
         self.cancel();
         let mapping = mapping.map(|text| Mapping::from_json(&text, "mapping.json")).transpose().map_err(sentence)?;
-        let file = files.pop().ok_or_else(|| JsError::new("no file was given; drop one log"))?;
-        self.reading = Some(Reading::new(file, mapping, files));
+        let sources = files.into_iter().map(|f| -> Box<dyn Source> { Box::new(Dropped::new(f)) }).collect();
+        let mut opening = Opening::new(sources).map_err(sentence)?;
+        if let Some(keep) = keep {
+            opening.keep(serde_json::from_str::<Keep>(&keep).map_err(sentence)?);
+        }
+        self.reading = Some(Reading { opening, mapping, is_read: false });
         Ok(())
     }
 
-    /// Go on reading for about `budget_ms`; at the end the drive can be taken as its head and its parts.
+    /// Go on reading for about `budget_ms`; at the end the drive can be taken as its head and its parts. An error ends it.
     pub fn read_some(&mut self, budget_ms: f64) -> Result<JsValue, JsError> {
         let deadline = Date::now() + budget_ms;
         let Some(mut reading) = self.reading.take() else { return Err(JsError::new("nothing is being read")) };
-        while reading.step()? {
-            if Date::now() >= deadline {
-                let progress =
-                    Progress { done: false, fraction: reading.fraction(), stage: "reading", rows: reading.rows() };
+        while !reading.is_read {
+            reading.is_read = !reading.opening.step().map_err(|e| self.refused(&e))?;
+            if reading.is_read || Date::now() >= deadline {
+                let progress = reading.opening.progress();
+                let stage = if reading.is_read { "mapping" } else { "reading" };
                 self.reading = Some(reading);
-                return plain(&progress);
+                return plain(&Progress { done: false, fraction: progress.fraction, stage, rows: progress.rows });
             }
         }
-        let (drive, report) = reading.finish()?;
-        let (head, parts) = parts(drive);
-        let vehicle = head.vehicle.map_or(JsValue::UNDEFINED, |v| Float64Array::from(v.as_slice()).into());
-        let head =
-            Array::of5(&head.name.into(), &vehicle, &head.rear_axle.into(), &head.unix_zero.into(), &plain(&report)?);
-        self.read = Some(Read { head, parts });
-        plain(&Progress { done: true, fraction: 1.0, stage: "reading", rows: report.rows })
+        let log = reading.opening.finish().map_err(sentence)?;
+        let (drive, report) = open_log(log, reading.mapping.as_ref()).map_err(sentence)?;
+        self.read = Some(Handover::new(drive, plain(&report)?));
+        plain(&Progress { done: true, fraction: 1.0, stage: "mapping", rows: report.rows })
     }
 
     /// What the drive says besides its columns: name, parameters of the car, rear axle (m), Unix time of `t = 0` (s), each
     /// undefined where it says nothing; then the report on what was found.
     pub fn head(&self) -> Result<Array, JsError> {
         let read = self.read.as_ref().ok_or_else(|| JsError::new("nothing was read"))?;
-        Ok(read.head.clone())
+        Ok(read.head())
     }
 
     /// The next part: its name, the names of its columns, its times (s), its columns (an empty one has no value);
     /// undefined after the last one. What was taken is no longer held here.
     pub fn next_part(&mut self) -> Option<Array> {
-        let part = self.read.as_mut()?.parts.next();
+        let part = self.read.as_mut()?.next();
         if part.is_none() {
             self.read = None;
         }
-        part.map(given)
+        part
+    }
+
+    /// What would make the file fit that was refused for its size: columns, seconds, every nth row; undefined otherwise.
+    pub fn offer(&self) -> Result<JsValue, JsError> {
+        self.offer.as_ref().map_or(Ok(JsValue::UNDEFINED), plain)
     }
 
     /// Give up what is being read or was read.
     pub fn cancel(&mut self) {
-        (self.reading, self.read) = (None, None);
+        (self.reading, self.read, self.offer) = (None, None, None);
     }
 }
 
-/// A part as JavaScript takes it; each column is let go as soon as it is copied.
-fn given(part: Part) -> Array {
-    let (names, columns) = (Array::new(), Array::new());
-    let time = Float64Array::from(part.time.as_slice());
-    drop(part.time);
-    for (name, column) in part.columns {
-        names.push(&name.into());
-        columns.push(&Float64Array::from(column.as_slice()));
+impl Reader {
+    fn refused(&mut self, error: &ImportError) -> JsError {
+        if let ImportError::TooLarge { offer, .. } = error {
+            self.offer = Some(*offer);
+        }
+        sentence(error)
     }
-    Array::of4(&part.name.into(), &names, &time, &columns)
 }

@@ -24,7 +24,7 @@ fn file(name: &str, content: &str) -> File {
 
 /// Read to the end; how many calls it took.
 fn read(reader: &mut Reader, files: Vec<File>, mapping: Option<&str>) -> Result<usize, String> {
-    reader.begin(files, mapping.map(String::from)).map_err(text)?;
+    reader.begin(files, mapping.map(String::from), None).map_err(text)?;
     for calls in 1.. {
         let progress = reader.read_some(20.0).map_err(text)?;
         if get(&progress, "done").as_bool().unwrap() {
@@ -84,8 +84,9 @@ fn a_log_and_its_raw_ranges_are_one_drive() {
     let of = |column: &str| &values[columns.iter().position(|c| c == column).unwrap()];
     assert_eq!((of("prn").as_slice(), of("pr").as_slice()), ([3.0, 9.0, 3.0].as_slice(), [7.0, 8.0, 9.0].as_slice()));
     assert!(of("prr").is_empty(), "a column without a value");
-    let refused = read(&mut reader, vec![file("a.csv", &log(9)), file("b.csv", &log(9))], None).unwrap_err();
-    assert!(refused.contains("one log"), "{refused}");
+    read(&mut reader, vec![file("a.csv", &log(9)), file("b.csv", &log(9))], None).unwrap();
+    assert_eq!(reader.head().map_err(text).unwrap().get(0).as_string().unwrap(), "a.csv and b.csv");
+    assert_eq!(self::parts(&mut reader)[0].2.len(), 18);
 }
 
 #[wasm_bindgen_test]
@@ -107,7 +108,7 @@ fn a_broken_file_is_one_sentence_and_the_next_one_is_read() {
 #[wasm_bindgen_test]
 fn reading_comes_in_pieces_says_how_far_it_is_and_can_be_given_up() {
     let mut reader = Reader::new();
-    reader.begin(vec![file("long.csv", &log(200_000))], None).map_err(text).unwrap();
+    reader.begin(vec![file("long.csv", &log(200_000))], None, None).map_err(text).unwrap();
     let progress = reader.read_some(0.0).map_err(text).unwrap();
     let fraction = get(&progress, "fraction").as_f64().unwrap();
     assert!(!get(&progress, "done").as_bool().unwrap() && fraction > 0.0 && fraction < 1.0, "{fraction}");
@@ -115,4 +116,68 @@ fn reading_comes_in_pieces_says_how_far_it_is_and_can_be_given_up() {
     assert!(get(&progress, "rows").as_f64().unwrap() > 10_000.0);
     reader.cancel();
     assert!(reader.read_some(1.0).is_err() && reader.head().is_err());
+}
+
+#[wasm_bindgen_test]
+fn a_file_is_told_by_its_content_and_a_bus_log_needs_its_database() {
+    let frames = "(1600000000.0) can0 123#0100000000000000\n(1600000000.1) can0 123#0200000000000000\n";
+    let database = "VERSION \"\"\n\nBO_ 291 MOTION: 8 X\n SG_ accel_x : 0|16@1+ (0.01,0) [0|0] \"m/s^2\" X\n";
+    let role = |file: File| drivescope_readers::role(file).map_err(text).unwrap();
+    let roles = [file("a.txt", frames), file("b.txt", database), file("c.txt", &log(3))].map(role);
+    assert_eq!(roles, ["bus", "database", "log"]);
+    let mut reader = Reader::new();
+    let missing = read(&mut reader, vec![file("bus.log", frames)], None).unwrap_err();
+    assert!(missing.contains("no DBC database"), "{missing}");
+    read(&mut reader, vec![file("bus.log", frames), file("car.dbc", database)], None).unwrap();
+    let parts = parts(&mut reader);
+    assert_eq!((parts[0].1[0].as_str(), parts[0].3[0].as_slice()), ("accel_x", [0.01, 0.02].as_slice()));
+}
+
+#[wasm_bindgen_test]
+fn a_file_that_seeks_is_read_from_many_places() {
+    // A ZIP archive of one stored member, its directory behind more than a window of other bytes.
+    let member = log(9_000);
+    let le = |v: u32, n: usize| v.to_le_bytes()[..n].to_vec();
+    let crc = crc32(member.as_bytes());
+    let fields = [le(20, 2), le(0, 2), le(0, 2), le(0, 4), le(crc, 4)].concat();
+    let sizes = [le(member.len() as u32, 4), le(member.len() as u32, 4), le(7, 2), le(0, 2)].concat();
+    let mut zip = [b"PK\x03\x04".to_vec(), fields.clone(), sizes.clone(), b"log.csv".to_vec()].concat();
+    zip.extend(member.as_bytes());
+    let directory = zip.len() as u32;
+    zip.extend([b"PK\x01\x02".to_vec(), le(20, 2), fields, sizes, vec![0; 14], b"log.csv".to_vec()].concat());
+    let length = zip.len() as u32 - directory;
+    zip.extend(
+        [b"PK\x05\x06".to_vec(), vec![0; 4], le(1, 2), le(1, 2), le(length, 4), le(directory, 4), le(0, 2)].concat(),
+    );
+    let bytes = js_sys::Uint8Array::from(zip.as_slice());
+    let archive = File::new_with_u8_array_sequence(&Array::of1(&bytes), "phone.zip").unwrap();
+    let mut reader = Reader::new();
+    read(&mut reader, vec![archive], None).unwrap();
+    assert_eq!(parts(&mut reader)[0].2.len(), 9_000);
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    let step = |crc: u32, _| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 };
+    !bytes.iter().fold(!0, |crc, &b| (0..8).fold(crc ^ u32::from(b), step))
+}
+
+#[wasm_bindgen_test]
+fn a_file_that_does_not_fit_is_refused_with_an_offer_that_fits() {
+    let begin = |reader: &mut Reader, keep: &str| {
+        reader.begin(vec![file("large.csv", &log(20_000))], None, Some(keep.into())).map_err(text).unwrap();
+        loop {
+            let progress = reader.read_some(20.0).map_err(text)?;
+            if get(&progress, "done").as_bool().unwrap() {
+                return Ok::<_, String>(());
+            }
+        }
+    };
+    let mut reader = Reader::new();
+    let refused = begin(&mut reader, "{\"memory\":600000}").unwrap_err();
+    assert!(refused.starts_with("large.csv: expected a log that fits into"), "{refused}");
+    let every = get(&reader.offer().map_err(text).unwrap(), "every").as_f64().unwrap();
+    assert!((2.0..=4.0).contains(&every), "{every}");
+    begin(&mut reader, &format!("{{\"memory\":600000,\"every\":{every}}}")).unwrap();
+    assert!(reader.offer().map_err(text).unwrap().is_undefined());
+    assert!(parts(&mut reader)[0].2.len() <= 20_000);
 }

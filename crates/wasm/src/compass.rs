@@ -1,63 +1,45 @@
-//! The compass doctor: a drive's magnetometer examined, its calibration applied and taken back.
+//! The compass doctor's hands: the drive as it was read is handed to the doctor's module, a calibration is applied and taken
+//! back, and what the doctor found along the road is kept for plots.
 
-use drivescope_drive::channel::{Channel, Series};
+use drivescope_door::{Handover, sentence};
+use drivescope_drive::channel::{Channel, Record, Series};
 use drivescope_drive::drive::Drive;
 use drivescope_drive::signals::{Gnss, Imu, Mag};
 use drivescope_estimation::magnetometer_calibration::{
-    AgainstCourse, CALIBRATION_VERSION, Calibration, ClockOffset, Examination, Kind, Quality, Scatter, examine,
-    field_along_road, shift_gnss, turn_sensor,
+    CALIBRATION_VERSION, Calibration, FieldSample, Kind, shift_gnss, turn_sensor,
 };
-use drivescope_estimation::orientation::{DEFAULT_YEAR, OrientationParams, reference_of};
-use serde::Serialize;
+use js_sys::{Array, Float64Array};
 use wasm_bindgen::prelude::*;
 
-use crate::reports::{plain, sentence};
 use crate::session::Session;
 
-/// Points of the picture of readings.
-const POINTS: usize = 1500;
-
-/// What the compass doctor keeps of a drive.
+/// What the core keeps of a drive for the doctor.
 #[derive(Default)]
 pub struct Compass {
-    /// The channels as they were read, and what has been applied; absent where nothing has.
+    /// The channels as they were read; absent where nothing has been applied.
     applied: Option<Box<Applied>>,
     /// Strength and dip along the road, as read and calibrated.
     field: [Option<Series>; 2],
+    /// What is still to be handed over.
+    handover: Option<Handover>,
 }
 
 struct Applied {
     imu: Channel<Imu>,
     mag: Channel<Mag>,
     gnss: Channel<Gnss>,
-    calibration: Calibration,
-}
-
-/// A drive's magnetometer: as it was read, what a calibration makes of it, and what has been applied.
-#[derive(Serialize)]
-struct Diagnosis {
-    earth: [f64; 3],
-    quality: Quality,
-    calibration: Option<Calibration>,
-    refusal_text: Option<String>,
-    clock: Option<ClockOffset>,
-    before: Option<AgainstCourse>,
-    after: Option<AgainstCourse>,
-    /// What had to be assumed for the Earth's field.
-    notes: Vec<&'static str>,
-    scatter: Scatter,
-    /// The calibration in use.
-    applied: Option<Calibration>,
-    /// The heading of the drive as it is now against the course, where something is applied.
-    now: Option<AgainstCourse>,
-    /// Why the magnetometer as it is now should not be believed, if it should not.
-    warning_now: Option<String>,
 }
 
 impl Compass {
     /// The field along the road, `raw` or `calibrated`.
     pub fn field(&self, which: &str) -> Option<&Series> {
         self.field[usize::from(which == "calibrated")].as_ref()
+    }
+
+    /// Make the drive what it was as read.
+    fn give_back(&mut self, drive: &mut Drive) {
+        self.swap(drive);
+        self.applied = None;
     }
 
     fn swap(&mut self, drive: &mut Drive) {
@@ -69,55 +51,57 @@ impl Compass {
     }
 }
 
+/// The first row of a series that has the drive's origin, for whoever needs no more of it.
+fn first_rows(series: &Series) -> Option<Series> {
+    let columns =
+        (0..series.schema().len()).map(|i| series.column_at(i).first().copied().into_iter().collect()).collect();
+    let time = series.time().first().copied().into_iter().collect();
+    Series::from_columns(series.schema(), time, columns).ok()
+}
+
 #[wasm_bindgen]
 impl Session {
-    /// Examine the magnetometer as it was read; null without one. `year`, `latitude` and `longitude` (rad) say where and
-    /// when, for a log that does not; NaN leaves that to the log. `with_field` also computes what the sources
-    /// `compass:raw` and `compass:calibrated` give.
-    pub fn compass(&mut self, year: f64, latitude: f64, longitude: f64, with_field: bool) -> Result<JsValue, JsError> {
-        if self.drive.mag.is_empty() {
-            return Ok(JsValue::NULL);
-        }
-        let params = OrientationParams {
-            field_year: year,
-            field_latitude: latitude,
-            field_longitude: longitude,
-            ..OrientationParams::default()
+    /// Begin to hand what the doctor examines of the drive, as it was read, to another module; gives the head.
+    /// [`Session::next_part`] gives the parts.
+    pub fn hand_over(&mut self) -> Array {
+        let drive = self.faults.good().unwrap_or(&self.drive);
+        let (imu, mag, gnss) = match &self.compass.applied {
+            Some(raw) => (&raw.imu, &raw.mag, &raw.gnss),
+            None => (&drive.imu, &drive.mag, &drive.gnss),
         };
-        let (earth, notices) = reference_of(&self.drive, &params);
-        let now = self.compass.applied.is_some().then(|| examine(&self.drive, &earth));
-        self.compass.swap(&mut self.drive);
-        let examination = examine(&self.drive, &earth);
-        let applied = self.compass.applied.as_ref().map(|a| a.calibration.clone());
-        let calibration = applied.as_ref().or(examination.calibration.as_ref());
-        let scatter = Scatter::of(&self.drive, calibration, &earth, POINTS);
-        if with_field {
-            let date = if year.is_finite() { year } else { self.drive.start().date.unwrap_or(DEFAULT_YEAR) };
-            let year = latitude.is_nan().then_some(date);
-            let along = |calibration| field_along_road(&self.drive, calibration, &earth, year).ok();
-            self.compass.field = [along(None), calibration.and_then(|c| along(Some(c)))];
+        let examined = Drive {
+            name: drive.name.clone(),
+            imu: imu.clone(),
+            mag: mag.clone(),
+            gnss: gnss.clone(),
+            accel_array: drive.accel_array.clone(),
+            truth: first_rows(&drive.truth).unwrap_or_default(),
+            unix_zero: drive.unix_zero,
+            ..Drive::default()
+        };
+        let handover = Handover::new(examined, JsValue::UNDEFINED);
+        let head = handover.head();
+        self.compass.handover = Some(handover);
+        head
+    }
+
+    /// The next part of what is handed over; undefined after the last one.
+    pub fn next_part(&mut self) -> Option<Array> {
+        let part = self.compass.handover.as_mut().and_then(Iterator::next);
+        if part.is_none() {
+            self.compass.handover = None;
         }
-        self.compass.swap(&mut self.drive);
-        // Without a place the strength of the field is not known.
-        let is_placed = self.drive.origin().is_some() || latitude.is_finite();
-        let warning_now = now.as_ref().map_or(&examination, |now| now).warning.clone().filter(|_| is_placed);
-        let now = now.and_then(|now| now.before);
-        let notes = notices.list().iter().map(|n| n.text).collect();
-        let Examination { earth, quality, calibration, refusal_text, clock, before, after, .. } = examination;
-        plain(&Diagnosis {
-            earth,
-            quality,
-            calibration,
-            refusal_text,
-            clock,
-            before,
-            after,
-            notes,
-            scatter,
-            applied,
-            now,
-            warning_now,
-        })
+        part
+    }
+
+    /// Keep what the doctor found along the road, as read and calibrated, each as times and then its columns, empty where
+    /// there is none: the sources `compass:raw` and `compass:calibrated`.
+    pub fn keep_field(&mut self, raw: Vec<Float64Array>, calibrated: Vec<Float64Array>) {
+        self.compass.field = [raw, calibrated].map(|given| {
+            let mut columns: Vec<Vec<f64>> = given.iter().map(Float64Array::to_vec).collect();
+            let time = (!columns.is_empty()).then(|| columns.remove(0))?;
+            Series::from_columns(FieldSample::COLUMNS, time, columns).ok()
+        });
     }
 
     /// Correct the drive, as it was read, with the nine numbers of a calibration (offset, distortion); turn its sensors by
@@ -126,11 +110,12 @@ impl Session {
         let &[x, y, z, a, b, c, d, e, f] = numbers else { return Err(JsError::new("a calibration has nine numbers")) };
         let kind = if planar { Kind::Planar } else { Kind::Full };
         let (offset, distortion) = ([x, y, z], [a, b, c, d, e, f]);
+        let faults = self.take_faults();
         let calibration = Calibration { version: CALIBRATION_VERSION, kind, offset, distortion };
-        self.compass_undo();
+        self.compass.give_back(&mut self.drive);
         let Drive { imu, mag, gnss, .. } = &self.drive;
-        let raw = Applied { imu: imu.clone(), mag: mag.clone(), gnss: gnss.clone(), calibration };
-        raw.calibration.apply(&mut self.drive).map_err(sentence)?;
+        let raw = Applied { imu: imu.clone(), mag: mag.clone(), gnss: gnss.clone() };
+        calibration.apply(&mut self.drive).map_err(sentence)?;
         self.compass.applied = Some(Box::new(raw));
         if mount_yaw != 0.0 {
             turn_sensor(&mut self.drive, mount_yaw).map_err(sentence)?;
@@ -138,12 +123,13 @@ impl Session {
         if clock != 0.0 {
             shift_gnss(&mut self.drive, clock).map_err(sentence)?;
         }
-        Ok(())
+        self.put_faults(faults)
     }
 
     /// Take back what has been applied: the drive is as it was read.
-    pub fn compass_undo(&mut self) {
-        self.compass.swap(&mut self.drive);
-        self.compass.applied = None;
+    pub fn compass_undo(&mut self) -> Result<(), JsError> {
+        let faults = self.take_faults();
+        self.compass.give_back(&mut self.drive);
+        self.put_faults(faults)
     }
 }

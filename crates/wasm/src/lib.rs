@@ -1,12 +1,14 @@
 //! The thin door between the core and JavaScript: sessions that live in a worker.
 //!
-//! In: the parts of a drive that the readers' module has read, parameter values. Out: reports and schemas as plain
+//! In: the parts of a drive that another module has read or simulated, parameter values. Out: reports and schemas as plain
 //! objects, columns as fresh `Float64Array`s that JavaScript owns. No view into wasm memory outlives a call. No arithmetic
 //! happens here.
 
-#[cfg(feature = "compass")]
 mod compass;
-mod opening;
+mod faults;
+mod motion;
+mod outages;
+mod profile;
 mod reports;
 mod runs;
 mod session;

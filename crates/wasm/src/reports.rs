@@ -1,5 +1,6 @@
 //! What crosses the door as plain objects.
 
+use drivescope_door::plain;
 use drivescope_drive::channel::Column;
 use drivescope_drive::drive::Drive;
 use drivescope_drive::param::ParamSpec;
@@ -12,35 +13,11 @@ use serde::Serialize;
 use serde_json::Value;
 use wasm_bindgen::prelude::*;
 
-/// An error whose message is the sentence for the user.
-pub fn sentence(error: impl std::fmt::Display) -> JsError {
-    JsError::new(&error.to_string())
-}
-
-/// A plain object: maps become objects, no number becomes a BigInt.
-pub fn plain(value: &impl Serialize) -> Result<JsValue, JsError> {
-    value.serialize(&serde_wasm_bindgen::Serializer::json_compatible()).map_err(sentence)
-}
-
-/// How far a piece of long work has come.
-#[derive(Serialize)]
-pub struct Progress {
-    /// Whether it has finished.
-    pub done: bool,
-    /// Share done, 0 to 1.
-    pub fraction: f64,
-    /// What is being done.
-    pub stage: &'static str,
-    /// Rows or samples so far.
-    pub rows: usize,
-}
-
-/// Everything the page can offer.
+/// What the core can offer.
 #[derive(Serialize)]
 pub struct Catalogue {
     version: &'static str,
     estimators: Vec<EstimatorEntry>,
-    drives: Vec<DriveEntry>,
     vehicles: Vec<VehicleEntry>,
 }
 
@@ -61,14 +38,6 @@ pub struct NeedEntry {
     label: &'static str,
     required: bool,
     why: &'static str,
-}
-
-#[derive(Serialize)]
-struct DriveEntry {
-    name: &'static str,
-    title: &'static str,
-    doc: &'static str,
-    duration: f64,
 }
 
 #[derive(Serialize)]
@@ -101,14 +70,9 @@ impl From<&EstimatorInfo> for EstimatorEntry {
 impl Catalogue {
     /// The catalogue of this build.
     pub fn new() -> Self {
-        let drives = drivescope_simulation::drives();
         Self {
             version: env!("CARGO_PKG_VERSION"),
             estimators: ESTIMATORS.iter().map(EstimatorEntry::from).collect(),
-            drives: drives
-                .iter()
-                .map(|d| DriveEntry { name: d.name, title: d.title, doc: d.doc, duration: d.duration_hint })
-                .collect(),
             vehicles: PRESETS.iter().map(|p| VehicleEntry { name: p.name, doc: p.doc }).collect(),
         }
     }
@@ -158,9 +122,8 @@ impl DriveReport {
         let estimators = ESTIMATORS
             .iter()
             .map(|e| {
-                let missing: Vec<&Need> = e.needs.iter().filter(|n| !drive.has(n.signal)).collect();
-                let runnable = missing.iter().all(|n| !n.required);
-                Runnable { name: e.name, runnable, missing: missing.into_iter().map(NeedEntry::from).collect() }
+                let missing = e.missing(drive).map(NeedEntry::from).collect();
+                Runnable { name: e.name, runnable: e.can_run(drive), missing }
             })
             .collect();
         Self {

@@ -1,10 +1,13 @@
 //! The runs of a session: for each estimator the one under way, the current result and the one before it.
 
+use std::cell::OnceCell;
+
 use drivescope_drive::channel::Series;
 use drivescope_drive::drive::Drive;
 use drivescope_estimation::estimator::Notice;
 use drivescope_estimation::registry::{AnyRun, ESTIMATORS};
 use drivescope_estimation::score::change::{Comparison, compare};
+use drivescope_estimation::score::errors::errors;
 use drivescope_estimation::score::{Score, score};
 use serde_json::Value;
 
@@ -13,15 +16,22 @@ use crate::reports::RunReport;
 /// A run that has ended.
 pub struct Finished {
     name: &'static str,
-    params: Value,
+    /// Every parameter's value.
+    pub params: Value,
     /// Its estimates.
     pub series: Series,
     notices: Vec<Notice>,
     score: Score,
     seconds: f64,
+    errors: OnceCell<Option<Series>>,
 }
 
 impl Finished {
+    /// Its errors against the truth of its drive, made when they are first looked at.
+    fn errors(&self, drive: &Drive) -> Option<&Series> {
+        self.errors.get_or_init(|| errors(&self.series, drive)).as_ref()
+    }
+
     /// What it did and how good it was.
     pub fn report(&self) -> RunReport<'_> {
         let time = self.series.time();
@@ -60,7 +70,8 @@ impl Slot {
         let (name, params, notices) = (run.info.name, run.params.clone(), run.notices().to_vec());
         let series = run.into_series();
         let score = score(&series, drive, None);
-        let finished = Finished { name, params, series, notices, score, seconds: self.seconds };
+        let finished =
+            Finished { name, params, series, notices, score, seconds: self.seconds, errors: OnceCell::new() };
         let replaced = self.current.replace(finished);
         if !(self.keeps_previous && self.previous.is_some()) {
             self.previous = replaced;
@@ -72,9 +83,11 @@ impl Slot {
         Some(compare(&self.previous.as_ref()?.score, &self.current.as_ref()?.score))
     }
 
-    /// The estimates of `current`, `previous` or `running`.
-    pub fn series(&self, which: &str) -> Option<&Series> {
+    /// The estimates of `current`, `previous` or `running`; with `current_errors` or `previous_errors` estimate less truth.
+    pub fn series(&self, which: &str, drive: &Drive) -> Option<&Series> {
         match which {
+            "current_errors" => self.current.as_ref()?.errors(drive),
+            "previous_errors" => self.previous.as_ref()?.errors(drive),
             "current" => self.current.as_ref().map(|f| &f.series),
             "previous" => self.previous.as_ref().map(|f| &f.series),
             "running" => self.running.as_ref().map(AnyRun::series),

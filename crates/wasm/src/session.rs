@@ -1,34 +1,37 @@
 //! The calls of JavaScript.
 
+use drivescope_door::{Arrival, Arrived, Progress, plain, sentence};
 use drivescope_drive::channel::Series;
 use drivescope_drive::csv::{write_drive, write_series};
 use drivescope_drive::decimate::{Grid, sample_rows, visible_gap};
 use drivescope_drive::drive::Drive;
 use drivescope_drive::parts::Head;
 use drivescope_drive::vehicle::VehicleParams;
+use drivescope_estimation::outage::Sweep;
 use drivescope_estimation::registry::AnyRun;
 use drivescope_estimation::trajectory::{PathPoint, estimated_path, fixes, held, true_path};
-use drivescope_simulation::{DriveSpec, Simulation};
 use js_sys::{Date, Float64Array, Uint8Array};
 use serde_json::Value;
 use wasm_bindgen::prelude::*;
 
-use crate::opening::{Opened, Opening, Step};
-use crate::reports::{Catalogue, DriveReport, Progress, plain, sentence};
+use crate::faults::Faults;
+use crate::reports::{Catalogue, DriveReport};
 use crate::runs::{Slot, Slots, estimator_of};
 
 /// Epochs stepped between two looks at the clock.
-const EPOCHS: usize = 2000;
+pub(crate) const EPOCHS: usize = 2000;
 
 /// One open drive with its runs. Lives in a worker.
 #[wasm_bindgen]
 pub struct Session {
     pub(crate) drive: Drive,
-    #[cfg(feature = "compass")]
     pub(crate) compass: crate::compass::Compass,
+    pub(crate) road: crate::profile::Road,
+    pub(crate) faults: Faults,
+    pub(crate) sweep: Option<Box<Sweep>>,
     report: DriveReport,
-    opening: Option<Opening>,
-    slots: Slots,
+    opening: Option<Arrival>,
+    pub(crate) slots: Slots,
 }
 
 impl Default for Session {
@@ -45,51 +48,24 @@ impl Session {
         let drive = Drive::default();
         let report = DriveReport::new(&drive, None);
         Self {
-            #[cfg(feature = "compass")]
             compass: Default::default(),
+            faults: Faults::default(),
+            sweep: None,
             drive,
+            road: Default::default(),
             report,
             opening: None,
             slots: Slots::new(),
         }
     }
 
-    /// Estimators, built-in drives and vehicles.
+    /// Estimators and vehicles.
     pub fn catalogue(&self) -> Result<JsValue, JsError> {
         plain(&Catalogue::new())
     }
 
-    /// A small picture of a built-in drive: the road's length (m), the number of its points, then these (east, north,
-    /// m), then its speed over time (s, m/s).
-    pub fn sketch(&self, name: &str) -> Float64Array {
-        let Some(spec) = drivescope_simulation::named(name) else { return Float64Array::new_with_length(0) };
-        let drawn = drivescope_simulation::sketch(&spec);
-        let mut flat = vec![drawn.length, drawn.points.len() as f64];
-        flat.extend(drawn.points.iter().chain(&drawn.speed).flat_map(|&(a, b)| [a, b]));
-        Float64Array::from(flat.as_slice())
-    }
-
-    /// JSON of a built-in drive; empty if there is none of that name.
-    pub fn description(&self, name: &str) -> String {
-        let drive = drivescope_simulation::drives().iter().find(|d| d.name == name);
-        drive.map_or_else(String::new, |d| d.json().to_owned())
-    }
-
-    /// Start simulating a built-in drive, or the one that the JSON text `composed` describes; `seed` undefined takes
-    /// the drive's own.
-    pub fn begin_simulation(&mut self, name: &str, seed: Option<f64>, composed: Option<String>) -> Result<(), JsError> {
-        let spec = match composed {
-            Some(text) => DriveSpec::from_json(&text).map_err(|e| JsError::new(&format!("{name}: {e}")))?,
-            None => drivescope_simulation::named(name)
-                .ok_or_else(|| JsError::new(&format!("there is no built-in drive `{name}`")))?,
-        };
-        let simulation = Simulation::new(&spec, seed.map(|s| s as u64)).map_err(sentence)?;
-        self.opening = Some(Opening::Simulation(Box::new(simulation)));
-        Ok(())
-    }
-
-    /// Start on a drive that the readers' module has read: what it says besides its columns, then what was found in its
-    /// file. Its parts follow; [`Session::open_some`] puts it in place.
+    /// Start on a drive that another module has read or simulated: what it says besides its columns, then what was found in
+    /// its file, undefined for a simulation; then its six-accelerometer disk, if it has one that is not as drawn. Its parts follow; [`Session::end_parts`] puts it in place.
     pub fn begin_parts(
         &mut self,
         name: String,
@@ -97,8 +73,9 @@ impl Session {
         rear_axle: Option<f64>,
         unix_zero: Option<f64>,
         report: JsValue,
+        disk: Option<Vec<f64>>,
     ) -> Result<(), JsError> {
-        self.opening = Some(Opening::parts(Head { name, vehicle, rear_axle, unix_zero }, report)?);
+        self.opening = Some(Arrival::new(Head { name, vehicle, rear_axle, unix_zero, disk }, report)?);
         Ok(())
     }
 
@@ -111,40 +88,21 @@ impl Session {
         time: Vec<f64>,
         columns: Vec<Float64Array>,
     ) -> Result<(), JsError> {
-        let Some(mut opening) = self.opening.take() else { return Err(JsError::new("nothing is being opened")) };
+        let mut opening = self.opening.take().ok_or_else(not_opening)?;
         opening.add(part, names, time, &columns)?;
         self.opening = Some(opening);
         Ok(())
     }
 
-    /// Go on opening for about `budget_ms`; at the end the new drive is in place and all runs are gone.
-    pub fn open_some(&mut self, budget_ms: f64) -> Result<JsValue, JsError> {
-        let deadline = Date::now() + budget_ms;
-        let Some(mut opening) = self.opening.take() else { return Err(JsError::new("nothing is being opened")) };
-        loop {
-            opening = match opening.step()? {
-                Step::Done(opened) => return plain(&self.put_in_place(*opened)),
-                Step::More(opening) => opening,
-            };
-            if Date::now() >= deadline {
-                let progress = opening.progress();
-                self.opening = Some(opening);
-                return plain(&progress);
-            }
-        }
+    /// The parts have all come: the new drive is in place and all runs are gone.
+    pub fn end_parts(&mut self) -> Result<(), JsError> {
+        let opened = self.opening.take().ok_or_else(not_opening)?.finish();
+        self.put_in_place(opened);
+        Ok(())
     }
 
-    /// Put what has been simulated so far in place, so that it can be looked at; simulating can go on.
-    pub fn preview_open(&mut self) -> Result<JsValue, JsError> {
-        if let Some(drive) = self.opening.as_ref().and_then(Opening::so_far) {
-            let drive = drive.clone();
-            self.put_in_place(Opened { drive, report: None });
-        }
-        self.report()
-    }
-
-    /// Give up opening; the drive that was open stays.
-    pub fn cancel_open(&mut self) {
+    /// Give up the parts that have come; the drive that was open stays.
+    pub fn cancel_parts(&mut self) {
         self.opening = None;
     }
 
@@ -157,9 +115,7 @@ impl Session {
     /// object of names and values, `vehicle` the name of a car or null for the drive's own.
     pub fn begin_run(&mut self, estimator: &str, params: JsValue, vehicle: Option<String>) -> Result<(), JsError> {
         let params: Value = serde_wasm_bindgen::from_value(params).map_err(sentence)?;
-        let vehicle = vehicle
-            .map(|name| VehicleParams::preset(&name).ok_or_else(|| JsError::new(&format!("there is no car `{name}`"))))
-            .transpose()?;
+        let vehicle = crate::session::vehicle(vehicle)?;
         let run = AnyRun::new(estimator_of(estimator), &self.drive, &params, vehicle.as_ref()).map_err(sentence)?;
         self.slots.start(estimator, run);
         Ok(())
@@ -240,7 +196,7 @@ impl Session {
     /// The value of a column at a time, between samples on the straight line; NaN if there is none.
     pub fn value_at(&self, source: &str, column: &str, t: f64) -> f64 {
         let Some((series, index)) = self.column(source, column) else { return f64::NAN };
-        if matches!(column, "mode" | "gate" | "gate_reason") {
+        if matches!(column, "mode" | "rule" | "gate" | "gate_reason") || source == "road:lamps" {
             held(series, column, t)
         } else {
             series.interpolate(index, t, visible_gap(series))
@@ -288,15 +244,14 @@ impl Session {
 
 impl Session {
     /// Put an opened drive in place; all runs are gone.
-    pub(crate) fn put_in_place(&mut self, opened: Opened) -> Progress {
+    fn put_in_place(&mut self, opened: Arrived) {
         self.report = DriveReport::new(&opened.drive, opened.report);
         self.drive = opened.drive;
-        #[cfg(feature = "compass")]
-        {
-            self.compass = Default::default();
-        }
+        self.compass = Default::default();
+        self.faults = Faults::default();
+        self.sweep = None;
         self.slots = Slots::new();
-        Progress { done: true, fraction: 1.0, stage: "reading", rows: self.drive.imu.len() }
+        self.road.clear();
     }
 
     fn slot_mut(&mut self, estimator: &str) -> Result<&mut Slot, JsError> {
@@ -307,19 +262,21 @@ impl Session {
         self.slots.get(estimator).ok_or_else(|| unknown(estimator))
     }
 
-    fn series(&self, source: &str) -> Option<&Series> {
+    pub(crate) fn series(&self, source: &str) -> Option<&Series> {
         if source == "truth" {
             return Some(&self.drive.truth);
         }
         let (name, which) = source.split_once(':')?;
-        #[cfg(feature = "compass")]
         if name == "compass" {
             return self.compass.field(which);
         }
-        self.slots.get(name)?.series(which)
+        if name == "road" {
+            return self.road.series(which);
+        }
+        self.slots.get(name)?.series(which, &self.drive)
     }
 
-    fn column(&self, source: &str, column: &str) -> Option<(&Series, usize)> {
+    pub(crate) fn column(&self, source: &str, column: &str) -> Option<(&Series, usize)> {
         if source == "drive" {
             return self.drive.column(column);
         }
@@ -328,6 +285,16 @@ impl Session {
     }
 }
 
+/// A car by name; null for the drive's own.
+pub(crate) fn vehicle(name: Option<String>) -> Result<Option<VehicleParams>, JsError> {
+    name.map(|name| VehicleParams::preset(&name).ok_or_else(|| JsError::new(&format!("there is no car `{name}`"))))
+        .transpose()
+}
+
 fn unknown(estimator: &str) -> JsError {
     JsError::new(&format!("there is no estimator `{estimator}`"))
+}
+
+fn not_opening() -> JsError {
+    JsError::new("nothing is being opened")
 }

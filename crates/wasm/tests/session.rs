@@ -2,6 +2,8 @@
 #![cfg(target_arch = "wasm32")]
 #![allow(clippy::unwrap_used)]
 
+use drivescope_drive::parts::{Part, parts};
+use drivescope_simulation::{drives, named, simulate};
 use drivescope_wasm::Session;
 use js_sys::{Array, Float64Array, JSON, Object, Reflect};
 use wasm_bindgen::prelude::*;
@@ -19,14 +21,9 @@ fn text(error: JsError) -> String {
     get(&JsValue::from(error), "message").as_string().unwrap()
 }
 
-fn open(session: &mut Session) -> Result<usize, String> {
-    for calls in 1.. {
-        let progress = session.open_some(20.0).map_err(text)?;
-        if get(&progress, "done").as_bool().unwrap() {
-            return Ok(calls);
-        }
-    }
-    unreachable!()
+/// Put the parts that have come in place.
+fn open(session: &mut Session) -> Result<(), String> {
+    session.end_parts().map_err(text)
 }
 
 fn run(session: &mut Session, estimator: &str, params: &str) -> Result<(), String> {
@@ -39,16 +36,23 @@ fn run(session: &mut Session, estimator: &str, params: &str) -> Result<(), Strin
     }
 }
 
+/// A session with the first built-in drive, handed over as the page does.
 fn built_in() -> Session {
+    let (head, parts) = parts(simulate(&named(drives()[0].name).unwrap(), None).unwrap());
     let mut session = Session::new();
-    let name = get(&get(&session.catalogue().unwrap_or_else(|e| panic!("{}", text(e))), "drives"), "0");
-    session.begin_simulation(&get(&name, "name").as_string().unwrap(), None, None).map_err(text).unwrap();
+    let opened =
+        session.begin_parts(head.name, head.vehicle, head.rear_axle, head.unix_zero, JsValue::UNDEFINED, head.disk);
+    opened.map_err(text).unwrap();
+    for Part { name, time, columns } in parts {
+        let (names, columns) = columns.iter().map(|(n, c)| (n.to_string(), Float64Array::from(c.as_slice()))).unzip();
+        session.add_part(name, names, time, columns).map_err(text).unwrap();
+    }
     open(&mut session).unwrap();
     session
 }
 
 fn begin(session: &mut Session, name: &str, report: JsValue) {
-    session.begin_parts(name.into(), None, None, None, report).map_err(text).unwrap();
+    session.begin_parts(name.into(), None, None, None, report, None).map_err(text).unwrap();
 }
 
 /// A part at 100 Hz whose columns are constant.
@@ -62,6 +66,9 @@ fn add(session: &mut Session, part: &str, rows: usize, columns: &[(&str, f64)]) 
 #[wasm_bindgen_test]
 fn every_estimator_runs_on_the_built_in_drive_and_its_columns_have_names_units_and_length() {
     let mut session = built_in();
+    let report = session.report().map_err(text).unwrap();
+    assert_eq!(get(&report, "kind").as_string().unwrap(), "simulated");
+    assert!(get(&report, "has_vehicle").as_bool().unwrap() && get(&report, "import").is_null());
     for name in ESTIMATORS {
         run(&mut session, name, "{}").unwrap();
         let report = session.result(name, "current").map_err(text).unwrap();
@@ -151,7 +158,7 @@ fn a_drive_in_parts_opens_and_a_broken_one_leaves_the_open_drive_in_place() {
         assert!(open(&mut session).is_err(), "a broken opening is over");
     }
     begin(&mut session, "cancelled.csv", JsValue::NULL);
-    session.cancel_open();
+    session.cancel_parts();
     assert!(add(&mut session, "imu", n, &rest).is_err());
     good(&session);
 }

@@ -24,8 +24,16 @@ const REGISTRY_HOSTS: [(&str, &str); 7] = [
 ];
 const LOCKS: [&str; 2] = ["Cargo.lock", "package-lock.json"];
 /// Folders and endings of files that are made, not written.
-const MADE_FOLDERS: [&str; 6] =
-    ["target/", "web/dist/", "web/node_modules/", "web/src/generated/", "crates/wasm/pkg/", "crates/gallery/pkg/"];
+const MADE_FOLDERS: [&str; 8] = [
+    "target/",
+    "web/dist/",
+    "web/node_modules/",
+    "web/src/generated/",
+    "crates/wasm/pkg/",
+    "crates/drives/pkg/",
+    "crates/gallery/pkg/",
+    "crates/readers/pkg/",
+];
 const MADE_ENDINGS: [&str; 3] = [".wasm", ".tsbuildinfo", ".profraw"];
 
 /// All rules of this file, one check each.

@@ -8,6 +8,7 @@
 //! | `check` | format, lints, documentation, types: no test is run |
 //! | `hygiene` | what must not be in the repository, dependencies, licences; part of `test` and `check` |
 //! | `bench [--quick]` | times natively and in the browser |
+//! | `fuzz [--count N]` | every reader on N damaged files of its format, 100,000 if not said |
 //! | `golden-update` | write the golden histories anew |
 
 mod bench;
@@ -36,6 +37,7 @@ const USAGE: &str = "usage: cargo xtask <command>
   check                        format, lints, documentation, types, hygiene
   hygiene                      what must not be in the repository, dependencies, licences
   bench [--quick]              times natively and in the browser
+  fuzz [--count N]             every reader on N damaged files of its format (100000)
   golden-update                write the golden histories anew";
 
 fn main() -> ExitCode {
@@ -92,6 +94,12 @@ fn run(arguments: Vec<String>) -> Result<()> {
             let quick = options.flag("--quick");
             options.none_left()?;
             bench::run(&Place::find()?, quick)
+        }
+        "fuzz" => {
+            let count = options.value("--count")?.unwrap_or_else(|| "100000".into());
+            let count = count.parse().map_err(|_| Failure(format!("--count needs a number, not {count}")))?;
+            options.none_left()?;
+            test::fuzz(&Place::find()?, count)
         }
         "golden-update" => {
             options.none_left()?;

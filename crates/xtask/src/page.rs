@@ -23,14 +23,22 @@ pub struct Module {
 
 /// What the page loads first.
 pub const CORE: Module = Module { package: "drivescope-wasm", stem: "drivescope_wasm", folder: "crates/wasm" };
+/// What makes the simulated drives; the page loads it first, beside the core.
+pub const DRIVES: Module = Module { package: "drivescope-drives", stem: "drivescope_drives", folder: "crates/drives" };
 /// What the page loads when the gallery of papers is opened.
 pub const GALLERY: Module =
     Module { package: "drivescope-gallery", stem: "drivescope_gallery", folder: "crates/gallery" };
+/// What the page loads to examine the sensors of a drive.
+pub const DOCTOR: Module = Module { package: "drivescope-doctor", stem: "drivescope_doctor", folder: "crates/doctor" };
 /// What the page loads to read files.
 pub const READERS: Module =
     Module { package: "drivescope-readers", stem: "drivescope_readers", folder: "crates/readers" };
 /// All modules of the page.
-pub const MODULES: [&Module; 3] = [&CORE, &GALLERY, &READERS];
+pub const MODULES: [&Module; 5] = [&CORE, &DRIVES, &DOCTOR, &GALLERY, &READERS];
+
+/// Crates that are built smaller for the page than natively, with their level: CSV is read there a fifth slower for it, and
+/// the readers weigh a tenth less.
+const SMALL: [(&str, &str); 3] = [("drivescope-import", "z"), ("ruzstd", "z"), ("miniz_oxide", "s")];
 
 /// Build everything that the page needs into `web/dist` and print sizes.
 ///
@@ -86,15 +94,17 @@ pub fn modules(place: &Place) -> Result<()> {
 pub fn compile(place: &Place, modules: &[&Module], arguments: &[&str]) -> Result<Vec<PathBuf>> {
     ensure_wasm_target(place)?;
     let remap = remap_config(place)?;
+    let small = SMALL.map(|(name, level)| format!("profile.release.package.{name}.opt-level={level:?}"));
     for module in modules {
         eprintln!("    compiling {} for {WASM}", module.package);
-        // One by one: built together they would share their features, and the core would hold what only the gallery needs.
+        // One by one: built together they would share the features of the crates they use.
         process::succeeds(
             place
                 .cargo()
                 .env_remove("RUSTFLAGS")
                 .env_remove("CARGO_ENCODED_RUSTFLAGS")
                 .args(["build", "--release", "--target", WASM, "--package", module.package, "--config", &remap])
+                .args(small.iter().flat_map(|setting| ["--config", setting]))
                 .args(arguments),
         )?;
     }
@@ -112,6 +122,8 @@ pub fn generate(module: &Module, wasm: &Path, out: &Path) -> Result<()> {
     let mut bindgen = Bindgen::new();
     bindgen.input_path(wasm).out_name(module.stem).typescript(true).omit_default_module_path(false);
     bindgen.remove_name_section(true).remove_producers_section(true);
+    // The readers' memory is given back after every log.
+    bindgen.reset_state_function(module.stem == READERS.stem);
     bindgen.web(true).when(|| "set up wasm-bindgen".into())?.generate(out).when(|| "generate the page's package".into())
 }
 

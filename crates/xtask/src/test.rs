@@ -68,6 +68,22 @@ pub fn hygiene(place: &Place) -> Result<()> {
     run(place, &[("hygiene", hygiene::check)])
 }
 
+/// Let every reader open `count` damaged files of its format; an overflow counts as a panic.
+///
+/// # Errors
+///
+/// A reader panicked, did not come to an end, or asked for absurd memory.
+pub fn fuzz(place: &Place, count: u64) -> Result<()> {
+    process::succeeds(
+        place
+            .cargo()
+            .args(["test", "--profile", TESTED, "--package", "drivescope-import", "--test", "mutations"])
+            .args(["--", "--nocapture"])
+            .env(format!("CARGO_PROFILE_{}_OVERFLOW_CHECKS", TESTED.to_uppercase()), "true")
+            .env("DRIVESCOPE_MUTATIONS", count.to_string()),
+    )
+}
+
 /// Write the golden histories anew; the difference is for review.
 ///
 /// # Errors
@@ -136,20 +152,9 @@ fn lints(place: &Place) -> Result<Tally> {
         cargo
     };
     let mut tally = one_check("cargo clippy", &mut clippy(&["--workspace"]))?;
-    tally += one_check(
-        "cargo clippy for WebAssembly",
-        &mut clippy(&[
-            "--package",
-            page::CORE.package,
-            "--package",
-            page::GALLERY.package,
-            "--package",
-            page::READERS.package,
-            "--all-features",
-            "--target",
-            WASM,
-        ]),
-    )?;
+    let packages = page::MODULES.iter().flat_map(|module| ["--package", module.package]);
+    let arguments: Vec<&str> = packages.chain(["--all-features", "--target", WASM]).collect();
+    tally += one_check("cargo clippy for WebAssembly", &mut clippy(&arguments))?;
     Ok(tally)
 }
 

@@ -5,6 +5,7 @@ import { Signal } from '../signal';
 import { OVERLAID, type Store } from '../state';
 import type { Session } from '../session';
 import { type Calibration, type Diagnosis, readCalibration } from './door';
+import { type Kept, keep, stillHolds } from './kept';
 
 /** A mount's yaw from which turning the sensor is proposed, rad. */
 const TURNED = 0.35;
@@ -20,13 +21,17 @@ export class Doctor {
   readonly isBusy = new Signal(false);
   #store: Store;
   #session: Session;
+  #kept: Kept | null = null;
 
   constructor(store: Store, session: Session) {
     this.#store = store;
     this.#session = session;
     store.report.on((report) => {
       this.diagnosis.value = null;
-      if (report && !report.is_partial) void this.examine(false);
+      if (!report || report.is_partial) return;
+      const kept = stillHolds(this.#kept, report);
+      this.#kept = kept;
+      void (kept ? this.apply(kept.calibration, kept.mountYaw, kept.clock) : this.examine(false));
     });
     store.tuning.on((now, before) => {
       const of = (tuning: typeof now): unknown[] => PLACE.map((name) => tuning.params[OVERLAID]?.[name]);
@@ -88,7 +93,9 @@ export class Doctor {
       return;
     }
     try {
+      const report = this.#store.report.value;
       await this.#session.rpc.call('compass_apply', { calibration, mountYaw, clock });
+      this.#kept = keep(report, calibration, mountYaw, clock);
       this.#session.rerun();
       await this.examine(true);
     } catch (reason) {
@@ -99,6 +106,7 @@ export class Doctor {
   /** Take back what has been applied, and estimate anew. */
   async undo(): Promise<void> {
     await this.#session.rpc.call('compass_undo', {});
+    this.#kept = null;
     this.#session.rerun();
     await this.examine(true);
   }

@@ -1,4 +1,6 @@
-/** What crosses the door of the core for the compass doctor (crates/wasm/src/compass.rs): uT, radians, seconds. */
+/** What crosses the doors for the compass doctor (crates/doctor, and crates/wasm/src/compass.rs): uT, radians, seconds. */
+
+import type { DriveHead, DrivePart } from '../door';
 
 /** Hard and soft iron, as saved. */
 export interface Calibration {
@@ -51,9 +53,12 @@ export interface Diagnosis {
   warning_now: string | null;
 }
 
-/** The compass doctor as the worker sees it. */
+/** What the core does for the doctor. */
 export interface CompassDoor {
-  compass(year: number, latitude: number, longitude: number, withField: boolean): Diagnosis | null;
+  /** What the doctor examines of the drive, as it was read. */
+  hand_over(): DriveHead;
+  next_part(): DrivePart | undefined;
+  keep_field(raw: Float64Array[], calibrated: Float64Array[]): void;
   compass_apply(numbers: Float64Array, planar: boolean, mountYaw: number, clock: number): void;
   compass_undo(): void;
 }

@@ -1,7 +1,7 @@
 /** Readings of the magnetometer seen from above, in the sensor's axes: forward up, right to the right, uT. */
 
 import { t } from '../messages';
-import { Canvas } from '../plot/mode-strip';
+import { Canvas } from '../plot/strip';
 import { palette } from '../plot/palette';
 import { formatFixed } from '../units';
 import type { Diagnosis } from './door';

@@ -1,11 +1,24 @@
 /** English. Texts that the core writes (parameter descriptions, errors) come from there and are shown as they are. */
 
+import type { RoomName } from '../room-names';
+import { files } from './files';
+import { axis } from './axis';
 import { compass, gate, variants } from './magnetic';
+import { navigation } from './navigation';
+import { loops } from './loops';
+import { motion } from './motion';
+import { road } from './road';
 
 export const en = {
+  files,
   variants,
   gate,
   compass,
+  axis,
+  road,
+  navigation,
+  loops,
+  motion,
   name: 'Drivescope',
   header: {
     drive: 'Drive',
@@ -104,14 +117,22 @@ export const en = {
     dismiss: 'Dismiss',
     dead: (reason: string) => `The estimating core stopped unexpectedly (${reason}). Reload the page to go on.`,
     worker: 'The estimating core could not be loaded. Reload the page.',
-    readers: (name: string) => `${name}: what reads files could not be loaded. Look at the connection and open the file again.`,
-    mappingJson: (name: string, reason: string) => `${name}: expected a column mapping as JSON, found ${reason}`,
-    mappingAlone: (name: string) => `${name}: a mapping alone opens nothing; drop it together with its log`,
     runFailed: (title: string, reason: string) => `${title}: ${reason}`,
   },
   drop: {
     title: 'Drop to open',
-    hint: 'A CSV log, alone or with its mapping (JSON) and its raw GNSS (CSV), or a drive to simulate (JSON). Nothing leaves this computer.',
+    hint: 'A log of any format (CSV, MDF 4, BLF, MCAP, NMEA and more), or several files or a folder of one drive, with the DBC of a bus log, a mapping (JSON), raw GNSS (CSV); or a drive to simulate (JSON). Nothing leaves this computer.',
+  },
+  rooms: {
+    label: 'Rooms',
+    names: { overview: 'Overview', road: 'Road and forces', motion: 'Motion', navigation: 'Navigation' } satisfies Record<RoomName, string>,
+    about: {
+      overview: 'Attitude, slope and motion mode',
+      road: 'Slope, grade, body pitch, longitudinal acceleration and tyre forces',
+      motion: 'Motion mode and why it was decided, labels, aids of land navigation, detectors of rest, the six-accelerometer sensor',
+      navigation: 'Position errors and their sigmas, sensors blinded, faults put in, what each measurement was worth',
+    } satisfies Record<RoomName, string>,
+    failed: (name: string) => `The room ${name} could not be loaded. Check the network and choose it again.`,
   },
   views: {
     attitude: 'Attitude',
@@ -128,7 +149,7 @@ export const en = {
     trouble: (title: string, what: string, count: string) => `${title} is not to be believed here: ${what} (${count === "1" ? "once" : `${count} times`}).`,
     notRunnable: (title: string, missing: string) => `${title} cannot run on this log: no ${missing}.`,
     noPosition: 'This log has no positions to draw.',
-    plotLabel: (title: string, unit: string) => `${title}${unit ? ` in ${unit}` : ''} over time. The table holds the numbers.`,
+    plotLabel: (title: string, unit: string) => `${title}${unit ? ` in ${unit}` : ''} over time or distance. The table holds the numbers.`,
     mapLabel: 'Trajectory seen from above, north up. The table holds the numbers.',
     source: 'Estimate',
   },
@@ -173,6 +194,10 @@ export const en = {
     eastColumn: 'east',
     sigma: (value: string) => `±${value} m (3σ)`,
     outage: (seconds: string) => `no GNSS ${seconds} s`,
+    smoothed: 'smoothed',
+    blinded: 'blinded',
+    rejected: 'refused fixes',
+    ellipses: '3σ ellipses',
     readout: (north: string, east: string) => `N ${north} m  E ${east} m`,
   },
   transport: {
@@ -186,7 +211,7 @@ export const en = {
   },
   side: { label: 'Parameters and results', close: 'Back to the parameters' },
   /** Short names of estimators for tabs; others are called by their title. */
-  tabs: { orientation: 'Orientation', slope: 'Slope', motion_mode: 'Mode', gnss_ins: 'GNSS/INS' } as Readonly<Record<string, string>>,
+  tabs: { orientation: 'Orientation', slope: 'Slope', motion_mode: 'Mode', gnss_ins: 'GNSS/INS', land_ins: 'Land INS', gyro_free: 'Gyro-free', stationarity: 'Standstill', gnss: 'GNSS', attitude: 'Attitude' } as Readonly<Record<string, string>>,
   params: {
     estimators: 'Estimators',
     vehicle: 'Vehicle',
@@ -310,11 +335,15 @@ export const en = {
       ['+ −', 'zoom in or out about the cursor'],
       ['0', 'show the whole drive'],
       ['[ ]', 'move what is shown'],
-      ['1 2 3 4', 'go to attitude, slope, mode, trajectory'],
+      ['1 2 3 5 6', 'go to a view of the room that is open, from top to bottom'],
+      ['4', 'go to the trajectory'],
+      ['V', 'the next room: overview, road, …'],
+      ['X', 'plots over time or over distance'],
       ['P', 'go to the parameters'],
       ['Ctrl+Z, Ctrl+Shift+Z', 'undo or redo a parameter'],
       ['D', 'choose a built-in drive'],
       ['G', 'the gallery of papers'],
+      ['C', 'closed loops: control of a car'],
       ['O', 'open a log'],
       ['?', 'this page'],
       ['Esc', 'close'],

@@ -24,13 +24,13 @@ interface Row {
 export class ParamList {
   readonly element = h('div.params');
   #store: Store;
-  #session: Session;
+  #session: Pick<Session, 'beginGesture' | 'endGesture'>;
   #history: History<Tuning>;
   #estimator: EstimatorInfo | null = null;
   #rows: Row[] = [];
   #tooltip = new Tooltip();
 
-  constructor(store: Store, session: Session, history: History<Tuning>) {
+  constructor(store: Store, session: Pick<Session, 'beginGesture' | 'endGesture'>, history: History<Tuning>) {
     this.#store = store;
     this.#session = session;
     this.#history = history;

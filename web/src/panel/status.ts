@@ -17,7 +17,8 @@ export function statusLine(store: Store, session: Session): HTMLElement {
   stop.addEventListener('click', () => action());
   const show = perFrame(() => {
     const further = store.overlays.value.map((variant) => ({ name: overlayRun(variant), title: plain(variant) }));
-    const estimators = [...(store.catalogue.value?.estimators ?? []), ...further];
+    const known = store.catalogue.value?.estimators ?? [];
+    const estimators = [...known.filter((e) => store.isWanted(e.name) || store.run(e.name).value.running), ...further];
     const running = estimators.filter((e) => store.run(e.name).value.running);
     const stopped = estimators.filter((e) => store.run(e.name).value.isStopped && !store.run(e.name).value.reply);
     const work = store.work.value;

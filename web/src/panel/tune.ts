@@ -3,8 +3,10 @@
 import { h, iconButton } from '../dom';
 import type { EstimatorInfo } from '../door';
 import { t } from '../messages';
+import { ROOMS } from '../room-names';
 import type { Session } from '../session';
 import type { Store } from '../state';
+import { chooseTab, tabButton } from '../tabs';
 import type { History, Tuning } from '../tuning';
 import { ParamList } from './params';
 import { ScoreCard } from './score';
@@ -43,6 +45,7 @@ export class TunePanel {
     this.element = h('div.tune', {}, this.#tabs, body);
     this.#vehicle.addEventListener('change', () => this.#put({ ...store.tuning.value, vehicle: this.#vehicle.value || null }));
     store.catalogue.on(() => this.#fill());
+    store.room.on(() => this.#fillTabs());
     store.estimator.on(() => this.#choose());
     store.tuning.on(() => this.#update());
   }
@@ -72,44 +75,32 @@ export class TunePanel {
   #fill(): void {
     const catalogue = this.#store.catalogue.value;
     if (!catalogue) return;
-    this.#tabs.replaceChildren(...catalogue.estimators.map((e) => this.#tab(e)));
     this.#vehicle.replaceChildren(
       h('option', { value: '' }, t.params.ownVehicle),
       ...catalogue.vehicles.map((v) => h('option', { value: v.name, title: v.doc }, v.name.replaceAll('_', ' '))),
     );
+    this.#fillTabs();
+  }
+
+  /** Tabs of the estimators that the entered room shows. */
+  #fillTabs(): void {
+    const names: readonly string[] = ROOMS[this.#store.room.value];
+    const shown = this.#store.catalogue.value?.estimators.filter((e) => names.includes(e.name)) ?? [];
+    this.#tabs.replaceChildren(...shown.map((e) => this.#tab(e)));
+    this.#tabs.hidden = shown.length < 2;
     this.#choose();
   }
 
   #tab(estimator: EstimatorInfo): HTMLElement {
-    const tab = h('button', { type: 'button', role: 'tab', id: `tab-${estimator.name}`, 'aria-controls': 'tune-body', title: `${estimator.title}. ${estimator.doc}` }, t.tabs[estimator.name] ?? estimator.title);
-    tab.addEventListener('click', () => {
+    const props = { id: `tab-${estimator.name}`, 'aria-controls': 'tune-body', title: `${estimator.title}. ${estimator.doc}` };
+    return tabButton(this.#tabs, props, t.tabs[estimator.name] ?? estimator.title, () => {
       this.#store.estimator.value = estimator.name;
     });
-    tab.addEventListener('keydown', (event) => {
-      const step = event.key === 'ArrowRight' ? 1 : event.key === 'ArrowLeft' ? -1 : 0;
-      if (step === 0) return;
-      event.preventDefault();
-      event.stopPropagation();
-      const all = [...this.#tabs.children] as HTMLElement[];
-      const next = all[(all.indexOf(tab) + step + all.length) % all.length];
-      next?.click();
-      next?.focus();
-    });
-    return tab;
   }
 
   #choose(): void {
     const info = this.#info();
-    for (const tab of this.#tabs.children) {
-      const isChosen = tab.id === `tab-${info?.name}`;
-      tab.setAttribute('aria-selected', String(isChosen));
-      tab.setAttribute('tabindex', isChosen ? '0' : '-1');
-      if (isChosen) {
-        // Along the row of tabs only: the page stays where it is.
-        const [row, own] = [this.#tabs.getBoundingClientRect(), tab.getBoundingClientRect()];
-        this.#tabs.scrollLeft += Math.min(0, own.left - row.left) + Math.max(0, own.right - row.right);
-      }
-    }
+    chooseTab(this.#tabs, `tab-${info?.name}`);
     this.#list.setEstimator(info);
     this.#filter.value = '';
     this.#filter.hidden = (info?.params.length ?? 0) < MANY;

@@ -25,11 +25,21 @@ export function rangeOf(curves: Points[], least: number, isLog: boolean): [numbe
   return [low - room, high + room];
 }
 
-/** Widen a range for the band about its curves, but let a band that dwarfs the curves leave the plot. */
-export function withBand(range: [number, number], low: Points, high: Points): [number, number] {
-  const height = range[1] - range[0];
-  const [bandLow, bandHigh] = rangeOf([low, high], 0, false);
-  return [Math.max(Math.min(range[0], bandLow), range[0] - 0.3 * height), Math.min(Math.max(range[1], bandHigh), range[1] + 0.3 * height)];
+/** Share of a band's points that may leave the plot at either edge: a filter that has just started knows nothing. */
+const LEAVES = 0.03;
+
+/** The value that all but the share `LEAVES` of the points stay inside of: at the low end, or with `sign` -1 at the high end. */
+function edge(points: Points, sign: 1 | -1): number {
+  const values = Float64Array.from(points.filter((v): v is number => v !== null), (v) => sign * v).sort();
+  return values.length > 0 ? sign * (values[Math.floor(LEAVES * values.length)] as number) : Number.NaN;
+}
+
+/** Widen a range for the bands about its curves, but let what dwarfs the curves or lasts a moment leave the plot. */
+export function withBands(range: [number, number], bands: readonly (readonly [Points, Points])[]): [number, number] {
+  const room = 0.3 * (range[1] - range[0]);
+  const lows = bands.map(([low]) => edge(low, 1)).filter(Number.isFinite);
+  const highs = bands.map(([, high]) => edge(high, -1)).filter(Number.isFinite);
+  return [Math.max(Math.min(range[0], ...lows), range[0] - room), Math.min(Math.max(range[1], ...highs), range[1] + room)];
 }
 
 /** Labels of instants, as fine as their spacing. */
@@ -42,6 +52,16 @@ export function timeLabels(times: number[], spacing: number): string[] {
 export const TIME_STEPS = [
   0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200,
 ];
+
+/** Spacings of distance ticks, m. */
+export const DISTANCE_STEPS = Array.from({ length: 10 }, (_, i) => [1, 2, 5].map((m) => m * 10 ** (i - 3))).flat();
+
+/** Labels of places, m from the start, as fine as their spacing; from 2 km on in km, unless that hides what is small. */
+export function distanceLabels(places: number[], spacing: number): string[] {
+  const isFar = spacing >= 10 && Math.max(...places) >= 2000;
+  const digits = Math.max(0, -Math.floor(Math.log10(isFar ? spacing / 1000 : spacing) + 1e-9));
+  return places.map((place) => (isFar ? `${(place / 1000).toFixed(digits)} km` : `${place.toFixed(digits)} m`));
+}
 
 /** Spacings of value ticks. */
 export const VALUE_STEPS = Array.from({ length: 16 }, (_, i) => [1, 2, 5].map((m) => m * 10 ** (i - 7))).flat();

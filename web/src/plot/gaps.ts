@@ -27,6 +27,17 @@ export function breakTurns(points: Points, half: number): Points {
   return out;
 }
 
+/** Single values as a staircase: each holds until the next one, but no longer than `longest`. */
+export function held(values: ArrayLike<number>, times: ArrayLike<number>, longest: number): Float64Array {
+  const out = Float64Array.from(values);
+  let last = -1;
+  for (let i = 0; i < out.length; i++) {
+    if (Number.isFinite(out[i])) last = i;
+    else if (last >= 0 && (times[i] as number) - (times[last] as number) <= longest) out[i] = out[last] as number;
+  }
+  return out;
+}
+
 /** The edges of a band about `values`, three sigmas wide on either side; gaps where there is no sigma. */
 export function band(values: ArrayLike<number>, sigmas: ArrayLike<number>): { low: Float64Array; high: Float64Array } {
   const low = new Float64Array(values.length);

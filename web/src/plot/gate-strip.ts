@@ -1,9 +1,7 @@
 /** What a filter made of the magnetic field over time, as a strip: colour tells the reason, height whether it was used. */
 
-import type { Span } from '../state';
-import { LEFT, RIGHT } from './axes';
-import { Canvas, type Stretch } from './mode-strip';
 import { palette } from './palette';
+import { type Look, type Row, type Stretch, Strip } from './strip';
 
 /** Heights of the states of `gateState`, in parts of the row. */
 const HEIGHTS = [0.3, 0.55, 1, 1, 1, 0.8, 0.55];
@@ -20,47 +18,8 @@ export function gateColour(state: number): string {
   return (palette.value as Readonly<Record<string, string>>)[name] ?? palette.value.hairline;
 }
 
-export interface GateRow {
-  label: string;
-  stretches: Stretch[];
-}
-
-export class GateStrip extends Canvas {
-  #rows: GateRow[] = [];
-  #window: Span = { t0: 0, t1: 1 };
-
-  setRows(rows: GateRow[]): void {
-    this.#rows = rows;
-    this.redraw();
-  }
-
-  setWindow(window: Span): void {
-    this.#window = window;
-    this.redraw();
-  }
-
-  protected override draw(context: CanvasRenderingContext2D): void {
-    const { t0, t1 } = this.#window;
-    const right = this.width - RIGHT;
-    const scale = (right - LEFT) / (t1 - t0);
-    const tall = this.height / Math.max(1, this.#rows.length);
-    this.#rows.forEach((row, index) => {
-      const bottom = (index + 1) * tall - 2;
-      const full = tall - 4;
-      context.fillStyle = palette.value.muted;
-      context.textAlign = 'right';
-      context.textBaseline = 'middle';
-      context.fillText(row.label, LEFT - 4, bottom - full / 2, LEFT - 6);
-      context.fillStyle = palette.value.grid;
-      context.fillRect(LEFT, bottom, right - LEFT, 1);
-      for (const stretch of row.stretches) {
-        const from = Math.max(LEFT, LEFT + (stretch.t0 - t0) * scale);
-        const to = Math.min(right, LEFT + (stretch.t1 - t0) * scale);
-        if (to <= from) continue;
-        const high = full * (HEIGHTS[stretch.mode] ?? 0.3);
-        context.fillStyle = gateColour(stretch.mode);
-        context.fillRect(from, bottom - high, Math.max(to - from, 0.7), high);
-      }
-    });
+export class GateStrip extends Strip {
+  protected override look(_row: Row, { mode }: Stretch): Look {
+    return { colour: gateColour(mode), share: HEIGHTS[mode] ?? 0.3 };
   }
 }

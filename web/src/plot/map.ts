@@ -2,11 +2,14 @@
 
 import { formatSignificant } from '../units';
 import { t } from '../messages';
-import { Canvas } from './mode-strip';
+import { type Ellipse, readable, traceEllipse } from './ellipse';
+import { Canvas } from './strip';
 import { modeColour, palette } from './palette';
 
 /** Columns of a path as the core gives it. */
 const FIELDS = 5;
+/** A blinded run is drawn so long after its windows, s. */
+const FINDS_BACK = 5;
 
 /** A path: time, north, east, sigma and mode of each point, flattened. */
 export type Path = Float64Array;
@@ -16,9 +19,18 @@ export interface Layers {
   previous: Path;
   truth: Path;
   fixes: Path;
+  /** Further runs: with smoothing, with sensors blinded. */
+  smoothed: Path;
+  blinded: Path;
+  /** Where the blinded run is drawn. */
+  blind: readonly { t0: number; t1: number }[];
+  /** Fixes that the filter refused. */
+  rejected: Path;
+  /** Errors of the estimate, in the order of time. */
+  ellipses: readonly Ellipse[];
   outages: { t0: number; t1: number }[];
   window: { t0: number; t1: number };
-  isShown: { estimate: boolean; previous: boolean; truth: boolean; fixes: boolean };
+  isShown: Record<'estimate' | 'previous' | 'truth' | 'fixes' | 'smoothed' | 'blinded' | 'rejected' | 'ellipses', boolean>;
 }
 
 /** Where the car is at the cursor. */
@@ -26,7 +38,7 @@ export interface Car {
   north: number;
   east: number;
   yaw: number;
-  sigma: number;
+  ellipse: Ellipse | null;
 }
 
 /** Stretches between fixes that are longer than two seconds (or than a receiver's slower rhythm). */
@@ -147,9 +159,13 @@ export class MapPlot extends Canvas {
     this.#drawGrid(context);
     if (layers.isShown.fixes) this.#drawFixes(context, layers);
     this.#drawOutages(context, layers);
+    if (layers.isShown.ellipses) this.#drawEllipses(context, layers.ellipses);
     if (layers.isShown.truth) this.#line(context, layers.truth, palette.value.truth, 1);
     if (layers.isShown.estimate) this.#drawEstimate(context, layers);
     if (layers.isShown.previous) this.#line(context, layers.previous, palette.value.ghost, 1.2, [4, 5]);
+    if (layers.isShown.smoothed) this.#line(context, layers.smoothed, palette.value.second, 1);
+    if (layers.isShown.blinded) this.#drawBlinded(context, layers);
+    if (layers.isShown.rejected) this.#drawRejected(context, layers);
     if (this.#car) this.#drawCar(context, this.#car);
     this.#drawScale(context);
     this.#drawNorth(context);
@@ -200,6 +216,42 @@ export class MapPlot extends Canvas {
     }
   }
 
+  /** The blinded run from where it is blind to where it has found back. */
+  #drawBlinded(context: CanvasRenderingContext2D, { blinded, blind }: Layers): void {
+    for (const window of blind) {
+      const [first, end] = between(blinded, window.t0, window.t1 + FINDS_BACK);
+      this.#line(context, blinded.subarray(first * FIELDS, end * FIELDS), palette.value.blind, 2);
+    }
+  }
+
+  /** A cross at each fix that was refused. */
+  #drawRejected(context: CanvasRenderingContext2D, { rejected, window }: Layers): void {
+    const [first, end] = between(rejected, window.t0, window.t1);
+    context.strokeStyle = palette.value.bad;
+    context.lineWidth = 1.5;
+    context.beginPath();
+    for (let i = first; i < Math.min(end, rejected.length / FIELDS); i++) {
+      const [x, y] = this.#project(rejected[i * FIELDS + 1] as number, rejected[i * FIELDS + 2] as number);
+      context.moveTo(x - 3.5, y - 3.5);
+      context.lineTo(x + 3.5, y + 3.5);
+      context.moveTo(x - 3.5, y + 3.5);
+      context.lineTo(x + 3.5, y - 3.5);
+    }
+    context.stroke();
+  }
+
+  #drawEllipses(context: CanvasRenderingContext2D, ellipses: readonly Ellipse[]): void {
+    const { scale } = this.#view();
+    context.strokeStyle = palette.value.estimate;
+    context.fillStyle = palette.value['estimate-band'];
+    context.lineWidth = 0.8;
+    for (const ellipse of readable(ellipses, scale)) {
+      traceEllipse(context, ellipse, (n, e) => this.#project(n, e), scale);
+      context.fill();
+      context.stroke();
+    }
+  }
+
   #drawOutages(context: CanvasRenderingContext2D, { estimate, truth, outages }: Layers): void {
     const path = estimate.length > 0 ? estimate : truth;
     for (const outage of outages) {
@@ -226,10 +278,9 @@ export class MapPlot extends Canvas {
 
   #drawCar(context: CanvasRenderingContext2D, car: Car): void {
     const [x, y] = this.#project(car.north, car.east);
-    const reach = 3 * car.sigma * this.#view().scale;
-    if (reach > 6) {
-      context.beginPath();
-      context.arc(x, y, reach, 0, 2 * Math.PI);
+    const { scale } = this.#view();
+    if (car.ellipse && car.ellipse.long * scale > 6) {
+      traceEllipse(context, car.ellipse, (n, e) => this.#project(n, e), scale);
       context.strokeStyle = palette.value.estimate;
       context.fillStyle = palette.value['estimate-band'];
       context.lineWidth = 1;

@@ -4,8 +4,8 @@ import { Signal } from '../signal';
 import type { Store } from '../state';
 
 const NAMES = [
-  'ink', 'muted', 'hairline', 'panel', 'estimate', 'estimate-band', 'second', 'second-band', 'truth', 'ghost', 'raw',
-  'threshold', 'mode-0', 'mode-1', 'mode-2', 'outage', 'grid',
+  'ink', 'muted', 'hairline', 'panel', 'estimate', 'estimate-band', 'second', 'second-band', 'third', 'third-band', 'truth', 'ghost', 'raw',
+  'threshold', 'blind', 'blind-band', 'good', 'bad', 'mode-0', 'mode-1', 'mode-2', 'outage', 'grid',
   'v-switch', 'v-triad', 'v-ekf_model', 'v-ekf_nomodel', 'v-model', 'v-road', 'v-robust', 'v-robust_ax',
   'gate-0', 'gate-1', 'gate-2', 'gate-3', 'gate-4', 'gate-5', 'gate-6',
 ] as const;

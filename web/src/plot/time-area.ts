@@ -1,8 +1,10 @@
-/** Pointing at time: one cursor and one zoom for everything that is drawn over time. */
+/** Pointing at time: one cursor and one zoom for everything that is drawn over time or distance. */
 
 import { h } from '../dom';
 import type { Store } from '../state';
+import type { Signal } from '../signal';
 import { LEFT, RIGHT } from './axes';
+import { type Axis, axis, shareOf, timeAt } from './axis';
 
 interface Touch {
   x: number;
@@ -15,17 +17,21 @@ export class TimeArea {
   #line = h('div.cursor-line');
   #selection = h('div.selection', { hidden: true });
   #store: Store;
+  #axis: Signal<Axis>;
   #touches = new Map<number, Touch>();
   #drag: { kind: 'select' | 'pan' | 'pinch'; from: number } | null = null;
 
-  constructor(store: Store) {
+  /** `own` is the axis of the plot beneath, where that is not the one of all plots. */
+  constructor(store: Store, own: Signal<Axis> = axis) {
     this.#store = store;
+    this.#axis = own;
     this.element.style.left = `${LEFT}px`;
     this.element.style.right = `${RIGHT}px`;
     this.element.append(this.#selection, this.#line);
     this.#listen();
     store.cursor.on(() => this.#place());
     store.window.on(() => this.#place());
+    own.on(() => this.#place());
     this.#place();
   }
 
@@ -35,13 +41,11 @@ export class TimeArea {
   }
 
   #time(clientX: number): number {
-    const { t0, t1 } = this.#store.window.value;
-    return t0 + Math.min(1, Math.max(0, this.#share(clientX))) * (t1 - t0);
+    return timeAt(Math.min(1, Math.max(0, this.#share(clientX))), this.#store.window.value, this.#axis.value);
   }
 
   #place(): void {
-    const { t0, t1 } = this.#store.window.value;
-    const share = (this.#store.cursor.value - t0) / (t1 - t0);
+    const share = shareOf(this.#store.cursor.value, this.#store.window.value, this.#axis.value);
     this.#line.hidden = share < 0 || share > 1;
     this.#line.style.left = `${100 * share}%`;
   }
@@ -63,8 +67,8 @@ export class TimeArea {
     event.preventDefault();
     const scale = event.deltaMode === 1 ? 16 : 1;
     const sideways = event.shiftKey ? event.deltaY || event.deltaX : event.deltaX;
-    if (Math.abs(sideways) > Math.abs(event.shiftKey ? 0 : event.deltaY)) this.#store.pan((sideways * scale) / 1000);
-    else this.#store.zoom(Math.exp(Math.max(-1, Math.min(1, event.deltaY * scale * 0.002))), this.#time(event.clientX));
+    if (Math.abs(sideways) > Math.abs(event.shiftKey ? 0 : event.deltaY)) this.#store.pan((sideways * scale) / 1000, this.#axis.value);
+    else this.#store.zoom(Math.exp(Math.max(-1, Math.min(1, event.deltaY * scale * 0.002))), this.#time(event.clientX), this.#axis.value);
   }
 
   #down(event: PointerEvent): void {
@@ -87,7 +91,7 @@ export class TimeArea {
       return;
     }
     if (this.#drag?.kind === 'pinch') this.#pinch(event, touch);
-    else if (this.#drag?.kind === 'pan') this.#store.pan(this.#share(touch.x) - this.#share(event.clientX));
+    else if (this.#drag?.kind === 'pan') this.#store.pan(this.#share(touch.x) - this.#share(event.clientX), this.#axis.value);
     else if (this.#drag) this.#select(event.clientX);
     else this.#store.moveCursor(this.#time(event.clientX));
     touch.x = event.clientX;
@@ -99,8 +103,8 @@ export class TimeArea {
     if (!other) return;
     const before = Math.abs(touch.x - other.x);
     const after = Math.abs(event.clientX - other.x);
-    this.#store.pan((this.#share(touch.x) - this.#share(event.clientX)) / 2);
-    if (before > 12 && after > 12) this.#store.zoom(before / after, this.#time((event.clientX + other.x) / 2));
+    this.#store.pan((this.#share(touch.x) - this.#share(event.clientX)) / 2, this.#axis.value);
+    if (before > 12 && after > 12) this.#store.zoom(before / after, this.#time((event.clientX + other.x) / 2), this.#axis.value);
   }
 
   #select(clientX: number): void {
@@ -123,6 +127,6 @@ export class TimeArea {
       return;
     }
     const [a, b] = [this.#time(drag.from), this.#time(event.clientX)];
-    this.#store.show(Math.min(a, b), Math.max(a, b));
+    this.#store.show(Math.min(a, b), Math.max(a, b), this.#axis.value);
   }
 }

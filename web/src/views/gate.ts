@@ -4,7 +4,7 @@ import { h } from '../dom';
 import { t } from '../messages';
 import { words } from '../panel/params';
 import { gateState, GateStrip } from '../plot/gate-strip';
-import { stretches } from '../plot/mode-strip';
+import { stretches } from '../plot/strip';
 import { TimeArea } from '../plot/time-area';
 import type { Session } from '../session';
 import { OVERLAID, overlayRun, type Store } from '../state';

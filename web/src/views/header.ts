@@ -14,6 +14,7 @@ export interface HeaderActions {
   showHelp(): void;
   showReport(): void;
   showPapers(): void;
+  showLoops(): void;
 }
 
 let nextId = 0;
@@ -113,7 +114,7 @@ function fileName(report: DriveReport | null): string {
 }
 
 export function header(store: Store, session: Session, actions: HeaderActions, chooser: HTMLElement, status: HTMLElement): { element: HTMLElement; openDialog: () => void } {
-  const input = h('input', { type: 'file', multiple: true, hidden: true, accept: '.csv,.txt,.tsv,.json,text/csv,application/json', 'aria-label': t.header.openFile, tabindex: '-1' });
+  const input = h('input', { type: 'file', multiple: true, hidden: true, 'aria-label': t.header.openFile, tabindex: '-1' });
   input.addEventListener('change', () => {
     actions.openFiles([...(input.files ?? [])]);
     input.value = '';
@@ -121,6 +122,7 @@ export function header(store: Store, session: Session, actions: HeaderActions, c
   const open = h('button.primary', { type: 'button', onclick: () => input.click() }, t.header.openFile);
   const report = h('button', { type: 'button', onclick: actions.showReport }, t.header.report);
   const papers = h('button', { type: 'button', 'aria-haspopup': 'dialog', onclick: actions.showPapers }, t.header.papers);
+  const loops = h('button', { type: 'button', 'aria-haspopup': 'dialog', title: t.loops.hint, onclick: actions.showLoops }, t.loops.button);
   const help = h('button.icon-button', { type: 'button', title: t.header.help, 'aria-label': t.header.help, onclick: actions.showHelp }, h('span', { 'aria-hidden': 'true' }, '?'));
   const element = h(
     'header.bar',
@@ -132,6 +134,7 @@ export function header(store: Store, session: Session, actions: HeaderActions, c
     input,
     status,
     papers,
+    loops,
     exportMenu(store, session, actions),
     displayMenu(store),
     help,
@@ -143,10 +146,13 @@ export function header(store: Store, session: Session, actions: HeaderActions, c
 export function followAddress(store: Store, changed: (hash: string) => void): void {
   const write = (): void => {
     const builtIn = store.builtIn.value;
-    const hash = toHash({ drive: builtIn?.name ?? null, seed: builtIn?.seed ?? null, tuning: store.tuning.value });
+    const hash = toHash({ drive: builtIn?.name ?? null, seed: builtIn?.seed ?? null, room: store.room.value, overlays: store.overlays.value, over: store.over.value, tuning: store.tuning.value });
     history.replaceState(null, '', hash === '' ? location.pathname + location.search : `#${hash}`);
   };
   store.tuning.on(write);
+  store.room.on(write);
+  store.overlays.on(write);
+  store.over.on(write);
   store.builtIn.on(write);
   addEventListener('hashchange', () => changed(location.hash));
 }
@@ -161,11 +167,7 @@ export function helpDialog(store: Store): HTMLDialogElement {
   const dialog = h('dialog.help', { 'aria-label': t.help.title });
   dialog.append(
     h('header', {}, h('h2', {}, t.help.title), iconButton('close', t.help.close, () => dialog.close())),
-    h('table', {}, h('tbody', {}, ...rows)),
-    h('h2', {}, t.help.mouse),
-    h('p', {}, t.help.mouseText),
-    h('p', {}, t.help.privacy),
-    version,
+    h('div.help-body', {}, h('table', {}, h('tbody', {}, ...rows)), h('h3', {}, t.help.mouse), h('p', {}, t.help.mouseText), h('p', {}, t.help.privacy), version),
   );
   dialog.addEventListener('click', (event) => {
     if (event.target === dialog) dialog.close();

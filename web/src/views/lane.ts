@@ -3,7 +3,7 @@
 import { h, onResize } from '../dom';
 import { t } from '../messages';
 import { LEFT, RIGHT, TURN_STEPS } from '../plot/axes';
-import { band, breakTurns, withGaps } from '../plot/gaps';
+import { band, breakTurns, held, withGaps } from '../plot/gaps';
 import { TimeArea } from '../plot/time-area';
 import { type CurveData, TimePlot } from '../plot/time-plot';
 import type { Store } from '../state';
@@ -53,10 +53,11 @@ export class Lane {
     this.element.style.flexGrow = String(spec.weight);
     if (hasTimeAxis) this.element.classList.add('with-time-axis');
     const styles = spec.curves.map((c) => c.style);
-    this.plot = new TimePlot(this.plotHost, { styles, isLog: spec.isLog ?? false, hasTimeAxis, ...(spec.isCircular ? { steps: TURN_STEPS } : {}) });
+    this.plot = new TimePlot(this.plotHost, { styles, isLog: spec.isLog ?? false, hasTimeAxis, ...(spec.isCircular ? { steps: TURN_STEPS } : {}), ...(spec.settling === undefined ? {} : { settling: spec.settling }) });
     this.plotHost.append(new TimeArea(store).element);
     this.plotHost.setAttribute('role', 'img');
     onResize(this.plotHost, (width, height) => {
+      if (width === 0) return;
       this.pixels = Math.max(50, width - LEFT - RIGHT);
       this.plot.setSize(width, height);
       this.onSize();
@@ -70,7 +71,7 @@ export class Lane {
 
   /** What is drawn last comes first: the estimate, its band, then the rest. */
   #legendOrder(): HTMLElement[] {
-    const order = ['estimate', 'second', 'truth', 'threshold', 'ghost', 'raw'];
+    const order = ['estimate', 'second', 'third', 'blind', 'truth', 'threshold', 'ghost', 'raw'];
     // Variants of the estimate come right after it.
     const rank = ({ curve: { style } }: Entry): number => (style.colour.startsWith('v-') ? 0.5 : order.indexOf(style.colour));
     const buttons: HTMLElement[] = [...this.#entries].sort((a, b) => rank(a) - rank(b)).map((e) => e.button);
@@ -120,7 +121,7 @@ export class Lane {
   /** Hide legend entries of curves that do not exist. */
   updateLegend(): void {
     for (const entry of this.#entries) {
-      entry.button.hidden = !entry.isOffered || sourceOf(this.#store, entry.curve) === null;
+      entry.button.hidden = !entry.isOffered || (entry.curve.level === undefined && sourceOf(this.#store, entry.curve) === null);
       if (entry.curve.name) entry.name.textContent = entry.curve.name(this.#store);
     }
     const hasBand = this.#entries.some((e) => e.curve.sigma && !e.button.hidden);
@@ -168,15 +169,21 @@ export class Lane {
     const display = this.#store.display.value;
     const { quantity } = this.spec;
     const curves = this.spec.curves.map((curve): CurveData => {
+      if (curve.level !== undefined) {
+        const isShown = curve.isOn && fetched.curves.length > 0 && this.#entries.some((e) => e.curve === curve && e.isOffered);
+        return { line: isShown ? new Array(fetched.times.length).fill(curve.level) : [], isShown, isBandShown: false };
+      }
       const data = fetched.curves.find((f) => f.curve === curve);
       if (!data || data.values.length === 0) return { line: [], isShown: false, isBandShown: false };
       const sign = axisSign(curve.column, display);
-      const shown = (value: number): number => convert(quantity, sign * value, display);
-      let line = withGaps(data.values, this.spec.isLog ? (v) => (v > 0 ? shown(v) : Number.NaN) : shown);
+      const shown = (value: number): number => convert(quantity, sign * (curve.isMagnitude ? Math.abs(value) : value), display);
+      const values = curve.hold === undefined ? data.values : held(data.values, fetched.times, curve.hold);
+      const { isLog, floor = 0 } = this.spec;
+      let line = withGaps(values, isLog ? (v) => (shown(v) > 0 ? Math.max(shown(v), floor) : Number.NaN) : shown);
       if (this.spec.isCircular) line = breakTurns(line, convert(quantity, Math.PI, display));
       const isShown = curve.isOn;
       if (!data.sigmas || data.sigmas.length === 0) return { line, isShown, isBandShown: false };
-      const edges = band(data.values, data.sigmas);
+      const edges = band(curve.isError ? new Float64Array(data.values.length) : data.values, data.sigmas);
       return { line, low: withGaps(edges.low, shown), high: withGaps(edges.high, shown), isShown, isBandShown: this.#isBandOn };
     });
     this.plot.setData(fetched.times, curves, convertDifference(quantity, this.spec.least, display));
@@ -192,7 +199,8 @@ export class Lane {
         entry.value.textContent = '';
         continue;
       }
-      const value = convert(quantity, axisSign(entry.curve.column, display) * found.value, display);
+      const signed = entry.curve.isMagnitude ? Math.abs(found.value) : axisSign(entry.curve.column, display) * found.value;
+      const value = convert(quantity, signed, display);
       const digits = digitsOf(quantity, display);
       let text = isLog ? formatSignificant(value) : formatFixed(value, digits);
       const reach = convertDifference(quantity, 3 * found.sigma, display);
@@ -205,5 +213,6 @@ export class Lane {
 function sameSource(curve: CurveSpec, source: string): boolean {
   if (typeof curve.source === 'string') return curve.source === source;
   const [estimator, which] = source.split(':');
-  return curve.source.estimator === estimator && (curve.source.which === 'previous') === (which === 'previous');
+  // What is being computed stands for the current result.
+  return curve.source.estimator === estimator && curve.source.which === (which === 'running' ? 'current' : which);
 }

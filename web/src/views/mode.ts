@@ -2,7 +2,8 @@
 
 import { h } from '../dom';
 import { t } from '../messages';
-import { ModeStrip, stretches, type StripRow } from '../plot/mode-strip';
+import { ModeStrip, type StripRow } from '../plot/mode-strip';
+import { stretches } from '../plot/strip';
 import { TimeArea } from '../plot/time-area';
 import type { Session } from '../session';
 import type { Store } from '../state';
@@ -30,9 +31,9 @@ const ROWS = [DECIDED, BEFORE, TRUE];
 function statisticLane(): LaneSpec {
   const of = (which: 'current' | 'previous'): CurveSpec['source'] => ({ estimator: ESTIMATOR, which });
   const curves = STATISTICS.flatMap((name): CurveSpec[] => [
-    { id: name, label: t.statistics[name], source: of('current'), column: name, style: { colour: 'estimate', width: 1.2 }, isOn: true },
+    { id: name, label: t.statistics[name], source: of('current'), column: name, style: { colour: 'estimate', width: 1.2 }, isOn: true, isMagnitude: true },
     { id: `${name}-threshold`, label: t.curves.threshold, source: of('current'), column: `${name}_threshold`, style: STYLES.threshold, isOn: true },
-    { id: `${name}-ghost`, label: t.curves.ghost, source: of('previous'), column: name, style: STYLES.ghost, isOn: true },
+    { id: `${name}-ghost`, label: t.curves.ghost, source: of('previous'), column: name, style: STYLES.ghost, isOn: true, isMagnitude: true },
   ]);
   return { key: 'statistic', title: t.lanes.statistic, quantity: 'plain', unit: '1', curves, isLog: true, least: 1, weight: 1 };
 }

@@ -2,6 +2,7 @@
 
 import { h, icon } from '../dom';
 import { t } from '../messages';
+import { axis, timeAt } from '../plot/axis';
 import type { Session } from '../session';
 import type { Store } from '../state';
 import { axisSign, convert, digitsOf, formatFixed, formatSignificant, formatTime, type Quantity, unitLabel } from '../units';
@@ -42,6 +43,7 @@ export class TablePanel {
     };
     store.window.on(this.refresh);
     store.display.on(this.refresh);
+    axis.on(this.refresh);
   }
 
   toggle(): void {
@@ -59,9 +61,8 @@ export class TablePanel {
 
   async #load(): Promise<void> {
     const columns = this.#columns();
-    const { t0, t1 } = this.#store.window.value;
     // All columns at the same instants, whatever rates their sources have.
-    const times = Array.from({ length: ROWS }, (_, i) => t0 + ((i + 0.5) / ROWS) * (t1 - t0));
+    const times = Array.from({ length: ROWS }, (_, i) => timeAt((i + 0.5) / ROWS, this.#store.window.value));
     const items = columns.map(({ source, column }) => ({ source, column }));
     const flat = await this.#session.rpc.call('values', { items, times });
     const values = times.map((_, i) => flat.subarray(i * items.length, (i + 1) * items.length));
@@ -81,14 +82,17 @@ export class TablePanel {
       return c.quantity === 'plain' ? formatSignificant(shown, 4) : formatFixed(shown, digitsOf(c.quantity, display));
     };
     const digits = t1 - t0 > 100 ? 1 : 3;
+    const way = axis.value.kind === 'distance' ? axis.value : null;
+    const wayHead = way ? [h('th', { scope: 'col' }, `${t.axis.column} [m]`)] : [];
+    const wayCell = (time: number): HTMLElement[] => (way ? [h('td', {}, formatFixed(way.place(time), 1))] : []);
     const body = rows.map((row, i) =>
-      h('tr', {}, h('th', { scope: 'row' }, formatTime(this.#store.sinceStart(times[i] ?? 0), digits)), ...columns.map((c, k) => h('td', {}, cell(c, row[k] ?? Number.NaN)))),
+      h('tr', {}, h('th', { scope: 'row' }, formatTime(this.#store.sinceStart(times[i] ?? 0), digits)), ...wayCell(times[i] ?? 0), ...columns.map((c, k) => h('td', {}, cell(c, row[k] ?? Number.NaN)))),
     );
     return h(
       'table',
       {},
       h('caption', {}, t.views.tableCaption(this.#title, formatTime(this.#store.sinceStart(t0)), formatTime(this.#store.sinceStart(t1)), rows.length)),
-      h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, t.units.time), ...head)),
+      h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, t.units.time), ...wayHead, ...head)),
       h('tbody', {}, ...body),
     );
   }

@@ -2,6 +2,7 @@
 
 import { h } from '../dom';
 import { t } from '../messages';
+import { axis } from '../plot/axis';
 import type { Session } from '../session';
 import { estimatorOf, isRunnable, type Store, trouble } from '../state';
 import { latest } from '../worker/rpc';
@@ -11,8 +12,12 @@ import { type TableColumn, TablePanel } from './table';
 
 export interface TimeViewOptions {
   title: string;
+  /** The key that leads to it in its room, and its name in the page where that is another. */
   key: string;
+  id?: string;
   lanes: LaneSpec[];
+  /** Estimators that are not spoken of where they cannot run. */
+  quiet?: readonly string[];
   /** Elements between title and buttons. */
   controls?: HTMLElement[];
 }
@@ -27,6 +32,7 @@ export class TimeView {
   #note = h('p.view-note', { hidden: true });
   #table: TablePanel;
   #estimators: string[];
+  #quiet: readonly string[];
   /** Ask for what is visible, once more if it changes meanwhile. */
   readonly refresh: () => void;
   readonly #readCursor: () => void;
@@ -37,18 +43,22 @@ export class TimeView {
     this.session = session;
     this.title = options.title;
     this.#estimators = estimatorsOf(options.lanes);
+    this.#quiet = options.quiet ?? [];
     const last = options.lanes.length - 1;
-    this.lanes = options.lanes.map((spec, i) => new Lane(store, spec, i === last));
+    this.lanes = options.lanes.map((spec, i) => new Lane(store, spec, spec.hasTimeAxis ?? i === last));
     this.#table = new TablePanel(store, session, options.title, () => this.#tableColumns());
     const label = t.views.focus(options.title, options.key);
     const header = h('header.view-header', {}, h('h2', { title: label }, options.title), ...(options.controls ?? []), h('span.spacer'), this.#table.button);
     this.body.append(...this.lanes.map((l) => l.element), this.#note, this.#table.element);
-    this.element = h('section.view', { tabindex: '-1', 'aria-label': options.title, 'data-view': options.key }, header, this.body);
+    this.element = h('section.view', { tabindex: '-1', 'aria-label': options.title, 'data-view': options.id ?? options.key, 'data-key': options.key }, header, this.body);
     this.refresh = latest(() => this.#load());
     this.#readCursor = latest(() => this.#loadCursor());
     for (const lane of this.lanes) {
       lane.onToggle = () => this.changed();
-      lane.onSize = this.refresh;
+      lane.onSize = () => {
+        this.refresh();
+        this.#readCursor();
+      };
     }
     this.#follow();
   }
@@ -94,7 +104,7 @@ export class TimeView {
       if (error) return [t.errors.runFailed(titles(name), error)];
       const worst = trouble(this.store.run(name).value);
       if (worst) return [t.views.trouble(titles(name), worst.text, worst.count.toLocaleString('en'))];
-      if (isFurther || reply || running || !report || isRunnable(report, name)) return [];
+      if (isFurther || this.#quiet.includes(name) || reply || running || !report || isRunnable(report, name)) return [];
       const missing = report.estimators.find((e) => e.name === name)?.missing.filter((n) => n.required) ?? [];
       return [t.views.notRunnable(titles(name), missing.map((n) => n.label).join(', '))];
     });
@@ -102,6 +112,11 @@ export class TimeView {
     // Over the plots where they are empty, below them where there is something to see.
     this.#note.classList.toggle('below', this.#estimators.some((name) => this.store.run(name).value.reply));
     this.#note.hidden = sentences.length === 0;
+  }
+
+  /** A view in a room that is not entered asks for nothing; it does when it gets a size. */
+  #isSeen(): boolean {
+    return this.element.checkVisibility();
   }
 
   /** Further columns that a view needs on the same grid. */
@@ -112,9 +127,10 @@ export class TimeView {
 
   async #load(): Promise<void> {
     const report = this.store.report.value;
-    if (!report) return;
+    if (!report || !this.#isSeen()) return;
     const { t0, t1 } = this.store.window.value;
-    const buckets = Math.max(...this.lanes.map((l) => l.pixels), 50);
+    // Over distance a stretch of standing takes instants and no room.
+    const buckets = Math.max(...this.lanes.map((l) => l.pixels), 50) * (axis.value.kind === 'time' ? 1 : 2);
     const perLane = this.lanes.map((lane) => lane.items());
     const extra = this.extraItems();
     const items = [...perLane.flat(), ...extra];
@@ -131,7 +147,7 @@ export class TimeView {
   }
 
   async #loadCursor(): Promise<void> {
-    if (!this.store.report.value) return;
+    if (!this.store.report.value || !this.#isSeen()) return;
     const shown = this.lanes.map((lane) => lane.shown());
     const items = shown.flat().flatMap(({ curve, source }) => [
       { source, column: curve.column },

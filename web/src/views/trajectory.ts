@@ -2,6 +2,7 @@
 
 import { h, iconButton } from '../dom';
 import { t } from '../messages';
+import { ellipseOf, type Ellipse } from '../plot/ellipse';
 import { type Layers, MapPlot, outagesOf, type Path } from '../plot/map';
 import type { Session } from '../session';
 import { isRunnable, type Store } from '../state';
@@ -11,11 +12,27 @@ import { modeKey } from './mode';
 import { type TableColumn, TablePanel } from './table';
 
 const NAVIGATION = 'gnss_ins';
+const MODES = 'motion_mode';
+/** Further runs that a room may ask for. */
+const SMOOTHED = `${NAVIGATION}@smooth`;
+const BLINDED = `${NAVIGATION}@blind`;
+/** Instants of a window at which the ellipse of the errors is looked up; the map draws those that can be told apart. */
+const ELLIPSES = 500;
 /** Points of a path that are drawn; more could not be told apart. */
 const POINTS = 6000;
 /** Fixes asked for: enough that an hour at 5 Hz is not thinned and an outage is one. */
 const FIXES = 20_000;
 const NOTHING: Path = new Float64Array();
+
+/** Numbers of each point of a path. */
+const FIELDS = 5;
+/** What an ellipse is made of. */
+const PLACE = ['north', 'east', 'north_sigma', 'east_sigma', 'north_east_correlation'];
+
+function ellipseAt(values: Float64Array): Ellipse | null {
+  const [north, east, sigmaNorth, sigmaEast, correlation] = values;
+  return ellipseOf(north ?? Number.NaN, east ?? Number.NaN, sigmaNorth ?? Number.NaN, sigmaEast ?? Number.NaN, correlation ?? Number.NaN);
+}
 
 type LayerName = keyof Layers['isShown'];
 
@@ -42,9 +59,14 @@ export class TrajectoryView {
       previous: NOTHING,
       truth: NOTHING,
       fixes: NOTHING,
+      smoothed: NOTHING,
+      blinded: NOTHING,
+      blind: store.blind.value,
+      rejected: NOTHING,
+      ellipses: [],
       outages: [],
       window: store.window.value,
-      isShown: { estimate: true, previous: true, truth: true, fixes: true },
+      isShown: { estimate: true, previous: true, truth: true, fixes: true, smoothed: true, blinded: true, rejected: true, ellipses: true },
     };
     this.#table = new TablePanel(store, session, t.views.trajectory, () => this.#tableColumns());
     const legend = h(
@@ -54,19 +76,24 @@ export class TrajectoryView {
       ...t.modes.map((name, mode) => modeKey(name, mode)),
       this.#toggle('previous', t.curves.ghost, 'ghost', true),
       this.#toggle('truth', t.curves.truth, 'truth', false),
+      this.#toggle('smoothed', t.map.smoothed, 'second', false),
+      this.#toggle('blinded', t.map.blinded, 'blind', false),
       this.#toggle('fixes', t.curves.fixes, 'raw', false),
+      this.#toggle('rejected', t.map.rejected, 'bad', false),
+      this.#toggle('ellipses', t.map.ellipses, 'estimate', false, true),
     );
     const fit = iconButton('fit', t.views.fit, () => this.#map.fit());
     const header = h('header.view-header', {}, h('h2', { title: t.views.focus(t.views.trajectory, '4') }, t.views.trajectory), h('span.spacer'), fit, this.#table.button);
     this.#host.append(this.#readout, this.#note);
-    this.element = h('section.view.trajectory', { tabindex: '-1', 'aria-label': t.views.trajectory, 'data-view': '4' }, header, legend, h('div.view-body', {}, this.#host, this.#table.element));
+    this.element = h('section.view.trajectory', { tabindex: '-1', 'aria-label': t.views.trajectory, 'data-view': '4', 'data-key': '4' }, header, legend, h('div.view-body', {}, this.#host, this.#table.element));
     this.#map = new MapPlot(this.#host);
     this.#listen();
     this.#follow();
+    store.want([NAVIGATION, MODES]);
   }
 
-  #toggle(name: LayerName, label: string, colour: string, isDashed: boolean): HTMLButtonElement {
-    const swatch = h('span.swatch', { 'data-colour': colour, 'data-dashed': isDashed || undefined });
+  #toggle(name: LayerName, label: string, colour: string, isDashed: boolean, isBand = false): HTMLButtonElement {
+    const swatch = h(isBand ? 'span.swatch.band' : 'span.swatch', { 'data-colour': colour, 'data-dashed': isDashed || undefined });
     const button = h('button.legend-entry', { type: 'button', 'aria-pressed': 'true', title: t.curves.show(label) }, swatch, label);
     button.addEventListener('click', () => {
       const isShown = !this.#layers.isShown[name];
@@ -111,6 +138,7 @@ export class TrajectoryView {
       const outages = outagesOf(fixes, store.span.value);
       this.#update({ truth, fixes, outages });
       this.onOutages(outages);
+      loadErrors();
     });
     const loadRuns = latest(async () => {
       const { reply, running } = store.run(NAVIGATION).value;
@@ -122,12 +150,23 @@ export class TrajectoryView {
       this.#update({ estimate, previous });
       this.#table.refresh();
       this.element.dataset['drawn'] = reply ? NAVIGATION : '';
+      loadErrors();
       loadCar();
     });
+    const loadErrors = latest(() => this.#loadErrors());
+    for (const [run, layer] of [[SMOOTHED, 'smoothed'], [BLINDED, 'blinded']] as const) {
+      const load = latest(async () => {
+        const isThere = store.run(run).value.reply !== null;
+        this.#update({ [layer]: isThere ? await path(`${run}:current`) : NOTHING });
+      });
+      store.run(run).on((now, before) => {
+        if (now.reply !== before.reply) load();
+      });
+    }
     const loadCar = latest(() => this.#loadCar());
     store.report.on(() => {
       this.#map.fit();
-      this.#update({ estimate: NOTHING, previous: NOTHING, truth: NOTHING, fixes: NOTHING, outages: [] });
+      this.#update({ estimate: NOTHING, previous: NOTHING, truth: NOTHING, fixes: NOTHING, rejected: NOTHING, ellipses: [], outages: [] });
       loadDrive();
       loadCar();
     });
@@ -138,11 +177,38 @@ export class TrajectoryView {
       last = performance.now();
       loadRuns();
     });
-    store.run('motion_mode').on((now, before) => {
+    store.run(MODES).on((now, before) => {
       if (now.reply !== before.reply) loadRuns();
     });
     store.cursor.on(loadCar);
-    store.window.on((window) => this.#update({ window }));
+    store.window.on((window) => {
+      this.#update({ window });
+      loadErrors();
+    });
+    store.faults.on(loadDrive);
+    store.blind.on((blind) => this.#update({ blind }));
+  }
+
+  /** How sure the filter is along what is shown, and which fixes it refused. */
+  async #loadErrors(): Promise<void> {
+    const { rpc } = this.#session;
+    const source = `${NAVIGATION}:current`;
+    if (!this.#store.run(NAVIGATION).value.reply) {
+      this.#update({ ellipses: [], rejected: NOTHING });
+      return;
+    }
+    const { t0, t1 } = this.#store.window.value;
+    const times = Array.from({ length: ELLIPSES }, (_, i) => t0 + ((i + 0.5) / ELLIPSES) * (t1 - t0));
+    const { fixes } = this.#layers;
+    const fixTimes = Array.from({ length: fixes.length / FIELDS }, (_, i) => fixes[i * FIELDS] as number);
+    const [errors, accepted] = await Promise.all([
+      rpc.call('values', { items: PLACE.map((column) => ({ source, column })), times }),
+      rpc.call('values', { items: [{ source, column: 'position_accepted' }], times: fixTimes }),
+    ]);
+    const ellipses = times.flatMap((_, i) => ellipseAt(errors.subarray(i * PLACE.length, (i + 1) * PLACE.length)) ?? []);
+    const refused = fixTimes.flatMap((_, i) => (accepted[i] === 0 ? [...fixes.subarray(i * FIELDS, (i + 1) * FIELDS)] : []));
+    this.#update({ ellipses, rejected: Float64Array.from(refused) });
+    this.element.dataset['rejected'] = String(refused.length / FIELDS);
   }
 
   async #loadCar(): Promise<void> {
@@ -150,19 +216,19 @@ export class TrajectoryView {
     const { reply, running } = store.run(NAVIGATION).value;
     const navigation = `${NAVIGATION}:${reply ? 'current' : running ? 'running' : 'none'}`;
     const items = [
-      ...['north', 'east', 'yaw', 'north_sigma', 'east_sigma'].map((column) => ({ source: navigation, column })),
+      ...[...PLACE, 'yaw'].map((column) => ({ source: navigation, column })),
       { source: 'orientation:current', column: 'yaw' },
       { source: 'truth', column: 'yaw' },
     ];
     const values = await this.#session.rpc.call('values', { items, times: [store.cursor.value] });
     let [north, east] = [values[0] ?? Number.NaN, values[1] ?? Number.NaN];
-    const yaw = [values[2], values[5], values[6]].find((v) => v !== undefined && Number.isFinite(v)) ?? Number.NaN;
-    const sigma = Math.max(values[3] ?? Number.NaN, values[4] ?? Number.NaN);
+    const yaw = [...values.subarray(PLACE.length)].find((v) => v !== undefined && Number.isFinite(v)) ?? Number.NaN;
+    const ellipse = ellipseAt(values);
     if (!Number.isFinite(north)) [north, east] = this.#nearest(store.cursor.value);
     const isKnown = Number.isFinite(north) && Number.isFinite(east);
-    this.#map.setCar(isKnown ? { north, east, yaw, sigma } : null);
+    this.#map.setCar(isKnown ? { north, east, yaw, ellipse } : null);
     const words = isKnown ? [t.map.readout(formatFixed(north, 1), formatFixed(east, 1))] : [];
-    if (Number.isFinite(sigma)) words.push(t.map.sigma(formatFixed(3 * sigma, 1)));
+    if (isKnown && ellipse) words.push(t.map.sigma(formatFixed(ellipse.long, 1)));
     this.#readout.textContent = words.join('  ');
   }
 
@@ -237,7 +303,9 @@ export class TrajectoryView {
     const truth = this.#store.report.value?.truth ?? [];
     return [
       ...(reply ? columns(`${NAVIGATION}:current`, t.curves.path, 'north', 'east') : []),
-      ...(reply ? [{ source: 'motion_mode:current', column: 'mode', label: t.lanes.mode, quantity: 'plain' as const, unit: '1' }] : []),
+      ...(this.#layers.smoothed.length > 0 ? columns(`${SMOOTHED}:current`, t.map.smoothed, 'north', 'east') : []),
+      ...(this.#layers.blinded.length > 0 ? columns(`${BLINDED}:current`, t.map.blinded, 'north', 'east') : []),
+      ...(reply ? [{ source: `${MODES}:current`, column: 'mode', label: t.lanes.mode, quantity: 'plain' as const, unit: '1' }] : []),
       ...(truth.includes('n') ? columns('truth', t.curves.truth, 'n', 'e') : []),
     ];
   }

@@ -3,11 +3,13 @@
 import { h, icon, iconButton } from '../dom';
 import { t } from '../messages';
 import { LEFT, RIGHT } from '../plot/axes';
-import { Canvas, stretches, type Stretch } from '../plot/mode-strip';
+import { axis, shareOf, timeAt } from '../plot/axis';
+import { Canvas, stretches, type Stretch } from '../plot/strip';
 import { modeColour, palette } from '../plot/palette';
 import type { Session } from '../session';
 import type { Store } from '../state';
-import { formatTime } from '../units';
+import { axisSwitch } from './axis-switch';
+import { formatDistance, formatTime } from '../units';
 import { latest } from '../worker/rpc';
 
 const RATES = [0.5, 1, 2, 5, 10, 20, 60];
@@ -24,17 +26,23 @@ class Overview extends Canvas {
     store.cursor.on(this.redraw);
     store.window.on(this.redraw);
     store.span.on(this.redraw);
+    store.faults.on(this.redraw);
   }
 
   protected override draw(context: CanvasRenderingContext2D): void {
-    const { t0, t1 } = this.#store.span.value;
     const [left, right] = [LEFT, this.width - RIGHT];
-    const x = (time: number): number => left + ((time - t0) / (t1 - t0)) * (right - left);
+    const x = (time: number): number => left + shareOf(time, this.#store.span.value) * (right - left);
     const floor = this.height - 7;
     this.#silhouette(context, x, floor);
     for (const s of this.modes) {
       context.fillStyle = modeColour(s.mode);
       context.fillRect(x(s.t0), floor + 2, Math.max(0.7, x(s.t1) - x(s.t0)), 4);
+    }
+    // Faults in the drive, above the silhouette.
+    context.fillStyle = palette.value.bad;
+    for (const fault of this.#store.faults.value) {
+      const [begin, end] = [Math.max(left, x(fault.from)), Math.min(right, x(fault.to))];
+      if (end > begin) context.fillRect(begin, 0, Math.max(1, end - begin), 3);
     }
     const shown = this.#store.window.value;
     const [from, to] = [x(shown.t0), x(shown.t1)];
@@ -88,7 +96,7 @@ export class Transport {
     rate.addEventListener('change', () => {
       store.rate.value = Number(rate.value);
     });
-    const controls = h('div.transport-controls', {}, this.#play, this.#time, rate, h('span.spacer'), this.#wholeButton());
+    const controls = h('div.transport-controls', {}, this.#play, this.#time, rate, axisSwitch(store, session), h('span.spacer'), this.#wholeButton());
     this.element = h('section.transport', { 'aria-label': t.transport.label }, this.#host, controls);
     this.#overview = new Overview(this.#host, store);
     this.#listen();
@@ -136,7 +144,8 @@ export class Transport {
     const say = (): void => {
       const { t0, t1 } = store.span.value;
       const time = store.cursor.value;
-      this.#time.textContent = formatTime(store.sinceStart(time));
+      const isWay = axis.value.kind === 'distance';
+      this.#time.textContent = isWay ? `${formatTime(store.sinceStart(time))} · ${formatDistance(axis.value.place(time))}` : formatTime(store.sinceStart(time));
       this.#host.setAttribute('aria-valuemin', '0');
       this.#host.setAttribute('aria-valuemax', (t1 - t0).toFixed(1));
       this.#host.setAttribute('aria-valuenow', store.sinceStart(time).toFixed(1));
@@ -144,6 +153,7 @@ export class Transport {
     };
     store.cursor.watch(say);
     store.span.on(say);
+    axis.on(say);
     const load = latest(() => this.#load());
     store.report.on(load);
     for (const name of ['motion_mode', 'slope', 'gnss_ins']) {
@@ -173,9 +183,8 @@ export class Transport {
     const host = this.#host;
     const scrub = (event: PointerEvent): void => {
       const box = host.getBoundingClientRect();
-      const { t0, t1 } = this.#store.span.value;
       const share = (event.clientX - box.left - LEFT) / (box.width - LEFT - RIGHT);
-      this.#store.moveCursor(t0 + share * (t1 - t0));
+      this.#store.moveCursor(timeAt(Math.min(1, Math.max(0, share)), this.#store.span.value));
       this.#store.follow();
     };
     host.addEventListener('pointerdown', (event) => {

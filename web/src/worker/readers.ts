@@ -1,66 +1,112 @@
-/** The readers' module: loaded when the worker is idle or the first file comes, and what passes from it to the core. */
+/** The readers' module: loaded when the worker is idle or the first file comes. */
 
-import type { Door, DrivePart, DriveHead, Progress } from '../door';
+import type { DriveHead, DrivePart, Progress } from '../door';
+import { files as say } from '../messages/files';
+import type { Maker } from './making';
+import { type Keep, type Offer, TooLarge } from './rpc';
+import { inMemory, type Role, Shelf } from './shelf';
 
 /** The readers as the worker sees them (crates/readers). */
-export interface ReaderDoor {
-  begin(files: File[], mapping: string | undefined): void;
+export interface ReaderDoor extends Maker {
+  begin(files: File[], mapping: string | undefined, keep: string): void;
   read_some(budgetMs: number): Progress;
-  head(): DriveHead;
-  next_part(): DrivePart | undefined;
-  cancel(): void;
+  /** What would make the file fit that was refused for its size. */
+  offer(): Offer | undefined;
 }
 
-let loading: Promise<ReaderDoor> | null = null;
+/** The most that columns may take, bytes: the core holds them too, and a module has 4 GB. */
+const MOST = 1.5e9;
+
+/** What columns may take on this computer, bytes; few browsers say how much memory it has, and none more than 8 GB. */
+function memory(): number {
+  const gigabytes = (navigator as { deviceMemory?: number }).deviceMemory ?? 8;
+  return Math.min(MOST, (gigabytes * 1e9) / 4);
+}
+
+/** The loaded module. */
+export interface ReaderModule {
+  role(file: File): Role;
+  reader(): ReaderDoor;
+  /** Give the module's memory back, since that of WebAssembly never shrinks. Readers made before are of no use then. */
+  reset(): void;
+}
+
+/** A reader for every drive: its memory is given back after it, and a reader that breaks takes nothing else with it. */
+export class FileReaders implements Maker {
+  #module: ReaderModule;
+  #shelf: Shelf;
+  #memory: number;
+  #reader: ReaderDoor | null = null;
+  #names = '';
+
+  /** `memory` is what columns may take, bytes. */
+  constructor(module: ReaderModule, shelf: Shelf, memory: number) {
+    this.#memory = memory;
+    this.#module = module;
+    this.#shelf = shelf;
+  }
+
+  begin(files: File[], mapping: string | undefined, keep: Keep = {}): void {
+    this.cancel();
+    this.#names = files.map((f) => f.name).join(', ');
+    this.#guarded(() => {
+      const taken = this.#shelf.take(files, mapping, (file) => this.#module.role(file));
+      this.#reader = this.#module.reader();
+      this.#reader.begin(taken.files, taken.mapping, JSON.stringify({ ...keep, memory: this.#memory }));
+    });
+  }
+
+  read_some(budgetMs: number): Progress {
+    return this.#guarded(() => this.#there().read_some(budgetMs));
+  }
+
+  head(): DriveHead {
+    return this.#guarded(() => this.#there().head());
+  }
+
+  next_part(): DrivePart | undefined {
+    const part = this.#guarded(() => this.#there().next_part());
+    if (!part) this.cancel();
+    return part;
+  }
+
+  cancel(): void {
+    if (this.#reader) this.#module.reset();
+    this.#reader = null;
+  }
+
+  #there(): ReaderDoor {
+    if (!this.#reader) throw new Error('nothing is being read');
+    return this.#reader;
+  }
+
+  #guarded<T>(action: () => T): T {
+    try {
+      return action();
+    } catch (reason) {
+      const isBroken = reason instanceof WebAssembly.RuntimeError || reason instanceof RangeError;
+      const offer = isBroken ? undefined : this.#reader?.offer();
+      this.#reader = null;
+      this.#module.reset();
+      if (isBroken) throw new Error(say.broken(this.#names, reason.message));
+      throw offer && reason instanceof Error ? new TooLarge(reason.message, offer) : reason;
+    }
+  }
+}
+
+let loading: Promise<FileReaders> | null = null;
 
 /** The readers; after a failure the next call tries again. */
-export function readers(): Promise<ReaderDoor> {
+export function readers(): Promise<FileReaders> {
   loading ??= import('../generated/drivescope_readers.js')
-    .then(async ({ default: init, Reader }) => {
+    .then(async ({ default: init, Reader, role, __wbg_reset_state: reset }) => {
       await init();
-      return new Reader() as unknown as ReaderDoor;
+      const made = { role: role as (file: File) => Role, reader: () => new Reader() as unknown as ReaderDoor, reset };
+      return new FileReaders(made, new Shelf(inMemory), memory());
     })
     .catch((reason: unknown) => {
       loading = null;
       throw reason;
     });
   return loading;
-}
-
-/** Files on their way through the readers into the core. */
-export class Reading {
-  #reader: ReaderDoor;
-  #door: Door;
-  /** Rows of what has been read to its end. */
-  #rows: number | null = null;
-
-  constructor(reader: ReaderDoor, door: Door) {
-    this.#reader = reader;
-    this.#door = door;
-  }
-
-  begin(files: File[], mapping: string | null): void {
-    this.#door.cancel_open();
-    this.#reader.begin(files, mapping ?? undefined);
-  }
-
-  /** One piece of work: reading, or one part handed over; the core puts the drive in place when it has them all. */
-  some(budget: number): Progress {
-    if (this.#rows === null) {
-      const progress = this.#reader.read_some(budget);
-      if (!progress.done) return progress;
-      this.#rows = progress.rows;
-      this.#door.begin_parts(...this.#reader.head());
-    } else {
-      const part = this.#reader.next_part();
-      if (!part) return this.#door.open_some(budget);
-      this.#door.add_part(...part);
-    }
-    return { done: false, fraction: 1, stage: 'reading', rows: this.#rows };
-  }
-
-  cancel(): void {
-    this.#reader.cancel();
-    this.#door.cancel_open();
-  }
 }

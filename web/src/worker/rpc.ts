@@ -1,12 +1,30 @@
 /** The typed conversation between the page and its worker. */
 
 import type { CompassOperations } from '../compass/door';
+import type { MotionOperations } from '../motion/door';
 import type { Catalogue, Comparison, DriveReport, ParamValue, Progress, RunReport } from '../door';
+import type { Blind, NavigationOperations } from '../navigation/door';
+import type { RoadOperations } from '../road/door';
+
+/** What is read of a large file: columns by name, a part of its time (s after its beginning), every nth row. */
+export interface Keep {
+  columns?: string[];
+  from?: number;
+  to?: number;
+  every?: number;
+}
+
+/** What would make a file fit that was refused for its size. */
+export interface Offer {
+  columns: number;
+  seconds: number | null;
+  every: number;
+}
 
 export type OpenRequest =
   /** `composed` is a drive's JSON text, null for a built-in one. With `first`, done once that many seconds are simulated: the report says that it is partial, and asking again goes on. */
   | { kind: 'simulation'; name: string; seed: number | null; first: number | null; composed: string | null }
-  | { kind: 'files'; files: File[]; mapping: string | null };
+  | { kind: 'files'; files: File[]; mapping: string | null; keep?: Keep };
 
 /** One column on the grid of a window. */
 export interface GridItem {
@@ -27,10 +45,11 @@ export interface RunReply {
 }
 
 /** Every operation: what it takes and what it gives. */
-export interface Operations extends CompassOperations {
+export interface Operations extends CompassOperations, MotionOperations, NavigationOperations, RoadOperations {
   catalogue: { takes: Record<string, never>; gives: Catalogue };
   open: { takes: OpenRequest; gives: DriveReport };
-  run: { takes: { estimator: string; params: Record<string, ParamValue>; vehicle: string | null }; gives: RunReply };
+  /** With `blind`, sensors see nothing in some windows. */
+  run: { takes: { estimator: string; params: Record<string, ParamValue>; vehicle: string | null; blind?: readonly Blind[] }; gives: RunReply };
   /** Length, number of points, points, speeds; see the core. */
   sketch: { takes: { name: string }; gives: Float64Array };
   /** JSON of a built-in drive. */
@@ -56,7 +75,7 @@ export type ToWorker = Request | { cancel: number };
 export type FromWorker =
   | { id: number; ok: true; value: unknown }
   /** With `isUnloaded`, what reads files could not be loaded. */
-  | { id: number; ok: false; message: string; cancelled: boolean; isUnloaded?: boolean }
+  | { id: number; ok: false; message: string; cancelled: boolean; isUnloaded?: boolean; offer?: Offer }
   | { id: number; progress: Progress }
   | { dead: string };
 
@@ -71,6 +90,16 @@ export class Cancelled extends Error {
 export class Unloaded extends Error {
   constructor() {
     super('not loaded');
+  }
+}
+
+/** Thrown when a file does not fit into memory; the message is the sentence for the reader. */
+export class TooLarge extends Error {
+  readonly offer: Offer;
+
+  constructor(message: string, offer: Offer) {
+    super(message);
+    this.offer = offer;
   }
 }
 
@@ -134,6 +163,7 @@ export class RpcClient {
     this.#waiting.delete(message.id);
     if (message.ok) waiting.resolve(message.value);
     else if (message.isUnloaded) waiting.reject(new Unloaded());
+    else if (message.offer) waiting.reject(new TooLarge(message.message, message.offer));
     else waiting.reject(message.cancelled ? new Cancelled() : new Error(message.message));
   }
 }

@@ -2,8 +2,12 @@
 
 import type { Door, Progress } from '../door';
 import init, { Session } from '../generated/drivescope_wasm.js';
-import { Reading, readers } from './readers';
-import type { FromWorker, Operations, Request, ToWorker } from './rpc';
+import type { Blind } from '../navigation/door';
+import { loadDoctor, Surgery } from './doctor';
+import { type DrivesDoor, loadDrives } from './drives';
+import { Making } from './making';
+import { type FileReaders, readers } from './readers';
+import { type FromWorker, type Operations, type Request, TooLarge, type ToWorker } from './rpc';
 
 /** Milliseconds of work between two looks at the messages. */
 const BUDGET = 30;
@@ -24,7 +28,7 @@ interface Job {
   finish(): unknown;
 }
 
-const ready = init().then(() => new Session() as unknown as Door);
+const ready = Promise.all([init().then(() => new Session() as unknown as Door), loadDrives()]);
 const jobs: Job[] = [];
 let isDead = false;
 
@@ -32,7 +36,7 @@ function post(message: FromWorker, transfer: Transferable[] = []): void {
   self.postMessage(message, { transfer });
 }
 
-/** A panic leaves the core unusable; anything else is a sentence for the reader. */
+/** A panic leaves a module unusable; anything else is a sentence for the reader. */
 function fail(id: number, reason: unknown): void {
   if (reason instanceof WebAssembly.RuntimeError) {
     isDead = true;
@@ -40,25 +44,53 @@ function fail(id: number, reason: unknown): void {
     return;
   }
   const message = reason instanceof Error ? reason.message : String(reason);
-  post({ id, ok: false, message, cancelled: false });
+  post({ id, ok: false, message, cancelled: false, ...(reason instanceof TooLarge ? { offer: reason.offer } : {}) });
 }
 
 function runJob(door: Door, { id, args }: Request<'run'>): Job {
-  const { estimator, params, vehicle } = args;
+  const { estimator, params, vehicle, blind } = args;
   return {
     id,
     estimator,
     yields: false,
     waits: false,
     begun: false,
-    begin: () => door.begin_run(estimator, params, vehicle ?? undefined),
+    begin: () => {
+      if (blind) door.begin_blind_run(estimator, params, vehicle ?? undefined, blind.map((b) => b.sensor), flatten(blind));
+      else door.begin_run(estimator, params, vehicle ?? undefined);
+    },
     some: () => door.run_some(estimator, BUDGET),
     cancel: () => door.cancel_run(estimator),
-    finish: () => ({
+    finish: () => ((hasEstimated = true), {
       current: door.result(estimator, 'current'),
       previous: door.result(estimator, 'previous'),
       change: door.change(estimator),
     }),
+  };
+}
+
+/** Windows as the core takes them: begin, end, begin, end, ... */
+function flatten(windows: readonly Blind[]): Float64Array {
+  return Float64Array.from(windows.flatMap((w) => [w.t0, w.t1]));
+}
+
+/** A sweep goes on when nothing else is to be done; another one takes its place. */
+function sweepJob(door: Door, { id, args }: Request<'sweep'>): Job {
+  const { estimator, params, vehicle, plan } = args;
+  return {
+    id,
+    estimator: 'sweep',
+    yields: true,
+    waits: false,
+    begun: false,
+    begin: () => door.begin_sweep(estimator, params, vehicle ?? undefined, plan.sensor, plan.length, plan.step, plan.recovery),
+    some: () => door.sweep_some(BUDGET),
+    cancel: () => door.cancel_sweep(),
+    finish: () => {
+      const swept = door.swept();
+      door.cancel_sweep();
+      return swept;
+    },
   };
 }
 
@@ -68,17 +100,14 @@ let resumable: Simulated | null = null;
 type Simulated = Extract<Operations['open']['takes'], { kind: 'simulation' }>;
 type Dropped = Extract<Operations['open']['takes'], { kind: 'files' }>;
 
-/** Samples of the inertial sensor in a second of a simulated drive. */
-const SIMULATED_RATE = 100;
-
-/** What an opened drive ends: every run of the one before. */
+/** What an opened drive ends: every run of the one before, and the doctor's examination. */
 function endRuns(): void {
+  surgery.leave();
   jobs.splice(0).forEach((job) => post({ id: job.id, ok: false, message: '', cancelled: true }));
 }
 
-function simulationJob(door: Door, id: number, args: Simulated): Job {
-  const first = args.first === null ? Infinity : args.first * SIMULATED_RATE;
-  let isPartial = false;
+function simulationJob(door: Door, drives: DrivesDoor, id: number, args: Simulated): Job {
+  const making = new Making(drives, (budget) => drives.simulate_some(budget), door);
   const goesOn = resumable?.name === args.name && resumable.seed === args.seed && resumable.composed === args.composed;
   return {
     id,
@@ -89,30 +118,27 @@ function simulationJob(door: Door, id: number, args: Simulated): Job {
     begin: () => {
       const isThere = goesOn && resumable !== null;
       resumable = null;
-      if (!isThere) door.begin_simulation(args.name, args.seed ?? undefined, args.composed ?? undefined);
+      if (!isThere) drives.begin(args.name, args.seed ?? undefined, args.composed ?? undefined, args.first ?? undefined);
     },
-    some: () => {
-      const progress = door.open_some(BUDGET);
-      isPartial = !progress.done && progress.rows >= first;
-      return { ...progress, done: progress.done || isPartial };
-    },
-    cancel: () => door.cancel_open(),
+    some: () => making.some(BUDGET),
+    cancel: () => making.cancel(),
     finish: () => {
       endRuns();
-      if (!isPartial) return door.report();
+      if (!drives.is_partial()) return door.report();
       resumable = args;
-      return { ...door.preview_open(), is_partial: true };
+      return { ...door.report(), is_partial: true };
     },
   };
 }
 
-function openJob(door: Door, { id, args }: Request<'open'>): Job {
-  return args.kind === 'files' ? filesJob(door, id, args) : simulationJob(door, id, args);
+function openJob(door: Door, drives: DrivesDoor, { id, args }: Request<'open'>): Job {
+  return args.kind === 'files' ? filesJob(door, drives, id, args) : simulationJob(door, drives, id, args);
 }
 
 /** The job is there at once, so that it can be cancelled and overtaken, and waits for the readers. */
-function filesJob(door: Door, id: number, args: Dropped): Job {
-  let reading: Reading | null = null;
+function filesJob(door: Door, drives: DrivesDoor, id: number, args: Dropped): Job {
+  let reader: FileReaders | null = null;
+  let making: Making | null = null;
   const job: Job = {
     id,
     estimator: null,
@@ -121,21 +147,23 @@ function filesJob(door: Door, id: number, args: Dropped): Job {
     begun: false,
     begin: () => {
       resumable = null;
-      reading?.begin(args.files, args.mapping);
+      drives.cancel();
+      reader?.begin(args.files, args.mapping ?? undefined, args.keep);
     },
     some: () => {
-      if (!reading) throw new Error('the readers are not there');
-      return reading.some(BUDGET);
+      if (!making) throw new Error('the readers are not there');
+      return making.some(BUDGET);
     },
-    cancel: () => reading?.cancel(),
+    cancel: () => making?.cancel(),
     finish: () => {
       endRuns();
       return door.report();
     },
   };
   readers().then(
-    (reader) => {
-      reading = new Reading(reader, door);
+    (loaded) => {
+      reader = loaded;
+      making = new Making(loaded, (budget) => loaded.read_some(budget), door);
       job.waits = false;
       schedule();
     },
@@ -180,10 +208,13 @@ function schedule(): void {
 }
 
 let idle: ReturnType<typeof setTimeout> | undefined;
+/** Whether something has been estimated: before, a pause is only that of a slow opening. */
+let hasEstimated = false;
 
 /** Load the readers once nothing was to be done for a while. A failure is told when a file comes. */
 function loadWhenIdle(): void {
   clearTimeout(idle);
+  if (!hasEstimated) return;
   idle = setTimeout(() => {
     if (jobs.length === 0) readers().catch(() => undefined);
   }, IDLE);
@@ -212,25 +243,68 @@ function work(): void {
   schedule();
 }
 
-/** The operations that are answered at once, each with the buffers to hand over. */
+/** An answer with the buffers to hand over. */
+type Answer<T> = [T, Transferable[]];
+
+const surgery = new Surgery(loadDoctor);
+
+/** The operations that are answered at once, or once the doctor is there. */
 const answers: {
-  [O in Exclude<keyof Operations, 'open' | 'run'>]: (
+  [O in Exclude<keyof Operations, 'open' | 'run' | 'sweep'>]: (
     door: Door,
     args: Operations[O]['takes'],
-  ) => [Operations[O]['gives'], Transferable[]];
+    drives: DrivesDoor,
+  ) => Answer<Operations[O]['gives']> | Promise<Answer<Operations[O]['gives']>>;
 } = {
-  catalogue: (door) => [door.catalogue(), []],
-  sketch: (door, { name }) => {
-    const flat = door.sketch(name);
+  catalogue: (door, _, drives) => [{ ...door.catalogue(), drives: drives.catalogue() }, []],
+  sketch: (_, { name }, drives) => {
+    const flat = drives.sketch(name);
     return [flat, [flat.buffer]];
   },
-  description: (door, { name }) => [door.description(name), []],
+  description: (_, { name }, drives) => [drives.description(name), []],
   forget_run: (door, { name }) => [(door.forget_run(name), null), []],
   keep_previous: (door, { estimator, keep }) => [(door.keep_previous(estimator, keep), null), []],
   drop_previous: (door, { estimator }) => [(door.drop_previous(estimator), null), []],
-  compass: (door, { year, latitude, longitude, withField }) => [door.compass(year, latitude, longitude, withField), []],
-  compass_apply: (door, { calibration, mountYaw, clock }) => [(door.compass_apply(Float64Array.from([...calibration.offset, ...calibration.distortion]), calibration.kind === 'planar', mountYaw, clock), null), []],
-  compass_undo: (door) => [(door.compass_undo(), null), []],
+  drift: (door, { blinded, seeing, windows }) => [door.drift(blinded, seeing, flatten(windows)) ?? [], []],
+  set_faults: (door, { faults }) => {
+    // A sweep would go on with what is no longer there.
+    const sweep = jobs.find((job) => job.estimator === 'sweep');
+    if (sweep) cancel(sweep.id);
+    return [(door.set_faults(faults), null), []];
+  },
+  compass: async (door, { year, latitude, longitude, withField }) => [await surgery.compass(door, year, latitude, longitude, withField), []],
+  compass_apply: (door, { calibration, mountYaw, clock }) => {
+    const numbers = [...calibration.offset, ...calibration.distortion];
+    const isPlanar = calibration.kind === 'planar';
+    door.compass_apply(Float64Array.from(numbers), isPlanar, mountYaw, clock);
+    surgery.apply([...numbers, isPlanar ? 1 : 0, mountYaw, clock]);
+    return [null, []];
+  },
+  compass_undo: (door) => {
+    door.compass_undo();
+    surgery.apply([]);
+    return [null, []];
+  },
+  profile: (door, { name }) => [door.profile(name), []],
+  keep_pass: (door, { name }) => [(door.keep_pass(name), null), []],
+  forget_passes: (door) => [(door.forget_passes(), null), []],
+  profile_file: (door, { isMap }) => {
+    const bytes = door.profile_file(isMap);
+    return [bytes, [bytes.buffer]];
+  },
+  lamps: (door, { vehicle }) => [door.lamps(vehicle ?? undefined), []],
+  sensor_offers: (door) => [door.sensor_offers(), []],
+  spread: (door, { items, t0, t1 }) => [items.map((i) => door.spread(i.source, i.column, t0, t1)), []],
+  distance: (door, { source, column, t0, t1, count }) => {
+    const driven = door.distance(source, column, t0, t1, count);
+    return [driven, [driven.buffer]];
+  },
+  decisions: (door, { source }) => [door.decisions(source), []],
+  labels_paint: (door, { labels, from, to, mode }) => [door.labels_paint(labels, from, to, mode), []],
+  labels_score: (door, { source, labels }) => [door.labels_score(source, labels), []],
+  disk_rests: async (door, { shortest }) => [await surgery.rests(door, shortest), []],
+  disk_calibrate: async (door, { poses }) => [await surgery.calibrate(door, poses), []],
+  disk_apply: (door, { numbers }) => [door.disk_apply(numbers), []],
   grid: (door, { items, t0, t1, buckets }) => {
     const times = door.grid_times(t0, t1, buckets);
     const columns = items.map((i) => door.grid(i.source, i.column, t0, t1, buckets, i.step));
@@ -257,13 +331,14 @@ self.onmessage = async (event: MessageEvent<ToWorker>) => {
     return;
   }
   try {
-    const door = await ready;
+    const [door, drives] = await ready;
     if (isDead) return;
-    if (message.op === 'open') enqueue(openJob(door, message as Request<'open'>));
+    if (message.op === 'open') enqueue(openJob(door, drives, message as Request<'open'>));
     else if (message.op === 'run') enqueue(runJob(door, message as Request<'run'>));
+    else if (message.op === 'sweep') enqueue(sweepJob(door, message as Request<'sweep'>));
     else {
-      const answer = answers[message.op] as (door: Door, args: unknown) => [unknown, Transferable[]];
-      const [value, transfer] = answer(door, message.args);
+      const answer = answers[message.op] as (door: Door, args: unknown, drives: DrivesDoor) => Answer<unknown> | Promise<Answer<unknown>>;
+      const [value, transfer] = await answer(door, message.args, drives);
       post({ id: message.id, ok: true, value }, transfer);
     }
   } catch (reason) {

@@ -62,8 +62,7 @@ fn epoch(time: f64, speed: f64, accel: Vector3<f64>, gyro: Vector3<f64>) -> Epoc
     Epoch { time, imu: Some(imu), wheels: Some(wheels), ..Epoch::default() }
 }
 
-const START: LogStart =
-    LogStart { imu_step: 0.01, speed: f64::NAN, origin: None, rear_axle: None, date: None, disk: None };
+const START: LogStart = LogStart { imu_step: 0.01, ..LogStart::UNKNOWN };
 
 /// A parked car nose up and left side high, with gyro biases: levelled, and its biases are those of the gyros.
 #[test]

@@ -69,6 +69,10 @@ record! {
         raim: "1";
         /// 1 where the ranges agree with each other, 0 where one of them must be wrong; no value without a fifth satellite.
         raim_passed: "1";
+        /// Satellites left out of the single fix, because the others agree without them; no value without a fifth satellite.
+        raim_excluded: "1";
+        /// Number of the satellite left out, the first one in view if there are more; no value where none is.
+        raim_excluded_satellite: "1";
         /// 1 with fewer than four satellites, or with satellites so close together that a fix means little.
         degraded: "1";
         /// Normalized innovation squared of the ranges, mean over the satellites. Below 1 where errors last for minutes.
@@ -101,5 +105,7 @@ params! {
         gate (""): toggle = true, from "SPEC navigation 5";
         /// Probability with which ranges that are all good pass the integrity test.
         integrity_probability (""): number = 0.999, "1", 0.9 ..= 0.99999 Linear, from "SPEC navigation 5, as the gate";
+        /// Leave satellites that disagree with the others out of the single fix.
+        exclude (""): toggle = true, from "ours, beside the detection of SPEC navigation 5";
     }
 }

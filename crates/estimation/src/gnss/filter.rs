@@ -7,7 +7,7 @@ use drivescope_drive::satellites::Satellite;
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::estimate::{GnssEstimate, GnssParams};
-use super::integrity_limits;
+use super::integrity::Integrity;
 use super::sight::{Sight, median, usable};
 use super::snapshot::Snapshot;
 use crate::chi_square;
@@ -38,15 +38,16 @@ pub struct Tuning {
     pub params: GnssParams,
     /// Largest accepted normalized innovation squared.
     pub gate: Option<f64>,
-    /// Largest statistics of the integrity test, by the number of satellites beyond four.
-    pub integrity: [f64; 16],
+    /// The integrity test.
+    pub integrity: Integrity,
 }
 
 impl Tuning {
     /// Derive everything once.
     pub fn new(params: &GnssParams) -> Self {
         let gate = params.gate.then(|| chi_square::quantile(params.gate_probability, 1.0));
-        Self { gate, integrity: integrity_limits(params.integrity_probability), params: params.clone() }
+        let integrity = Integrity::new(params.integrity_probability, params.exclude, params.range_sigma);
+        Self { gate, integrity, params: params.clone() }
     }
 }
 

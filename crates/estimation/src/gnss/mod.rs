@@ -1,5 +1,5 @@
 //! Position, velocity and clock of a satellite receiver from its pseudoranges: a filter of eight states and, beside it, the
-//! fix of each instant alone with its integrity test.
+//! fix of each instant alone with its integrity test and without the satellites that fail it.
 //!
 //! State: north, east, down of the frame at the local origin (m) with their rates (m/s), receiver clock offset (m) and drift
 //! (m/s). Inputs: pseudoranges and their rates with the satellites' places and velocities.
@@ -10,6 +10,7 @@
 
 mod estimate;
 pub mod filter;
+pub mod integrity;
 pub mod sight;
 pub mod snapshot;
 
@@ -24,8 +25,8 @@ use nalgebra::Vector3;
 
 pub use self::estimate::{GnssEstimate, GnssParams};
 use self::filter::{Filter, Tuning};
-use self::snapshot::{Snapshot, snapshot};
-use crate::chi_square;
+use self::integrity::Checked;
+use self::snapshot::snapshot;
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
 
 /// Instants in a row at which everything is refused, after which the filter and not the sky is wrong.
@@ -109,9 +110,10 @@ impl GnssReceiver {
     fn fold(&mut self, satellites: &[Satellite], since: f64) -> Option<GnssEstimate> {
         let frame = self.frame.or_else(|| first_frame(satellites))?;
         self.frame = Some(frame);
-        let fix = snapshot(&frame, satellites, self.last_fix, self.tuning.params.range_sigma);
+        let checked = self.tuning.integrity.fix(&frame, satellites, self.last_fix);
+        let fix = checked.map(|checked| checked.fix);
         self.last_fix = fix.map(|fix| fix.place).or(self.last_fix);
-        let passes = fix.is_some_and(|fix| self.passes(&fix) != Some(false));
+        let passes = checked.is_some_and(|checked| checked.passes != Some(false));
         if self.refused >= REFUSED_IN_A_ROW && passes {
             self.notices.add("the filter refused every range and was started again from a fix", self.time);
             self.filter = None;
@@ -135,18 +137,12 @@ impl GnssReceiver {
             (_, None) => return None,
         }
         self.filter.as_ref()?.write(&frame, &mut row);
-        self.write_fix(satellites, fix.as_ref(), &mut row);
+        self.write_fix(satellites, checked.as_ref(), &mut row);
         Some(row)
     }
 
-    /// Whether the residuals of a fix are as small as their noise; `None` without a satellite too many.
-    fn passes(&self, fix: &Snapshot) -> Option<bool> {
-        let spare = fix.satellites.checked_sub(4).filter(|n| *n > 0)?;
-        let limits = &self.tuning.integrity;
-        Some(fix.residuals <= limits[(spare - 1).min(limits.len() - 1)])
-    }
-
-    fn write_fix(&self, satellites: &[Satellite], fix: Option<&Snapshot>, row: &mut GnssEstimate) {
+    fn write_fix(&self, satellites: &[Satellite], checked: Option<&Checked>, row: &mut GnssEstimate) {
+        let fix = checked.map(|checked| &checked.fix);
         let count = sight::usable(satellites).count();
         row.satellites = count as f64;
         row.degraded = f64::from(u8::from(count < 4 || fix.is_none_or(|fix| fix.pdop() > WORST_PDOP)));
@@ -157,21 +153,18 @@ impl GnssReceiver {
         row.pdop = fix.pdop();
         row.hdop = (fix.cofactor[(0, 0)] + fix.cofactor[(1, 1)]).sqrt();
         row.vdop = fix.cofactor[(2, 2)].sqrt();
-        if let Some(passes) = self.passes(fix) {
-            row.raim = fix.residuals / (fix.satellites - 4) as f64;
-            row.raim_passed = f64::from(u8::from(passes));
-        }
+        let Some((checked, passes)) = checked.and_then(|checked| Some((checked, checked.all_pass?))) else { return };
+        row.raim = checked.all.0 / checked.all.1 as f64;
+        row.raim_passed = f64::from(u8::from(passes));
+        row.raim_excluded = f64::from(checked.left_out.count_ones());
+        let first = satellites.get(checked.left_out.trailing_zeros() as usize);
+        row.raim_excluded_satellite = first.map_or(f64::NAN, |satellite| f64::from(satellite.prn));
     }
 }
 
 /// The frame at the first fix, for a log that says nothing of its place.
-fn first_frame(satellites: &[Satellite]) -> Option<LocalFrame> {
+pub(crate) fn first_frame(satellites: &[Satellite]) -> Option<LocalFrame> {
     let far = LocalFrame::new(Geodetic::default());
-    let fix = snapshot(&far, satellites, None, 1.0)?;
+    let fix = snapshot(&far, satellites, 0, None, 1.0)?;
     Some(LocalFrame::new(far.to_geodetic(&fix.place)))
-}
-
-/// Largest statistics of the integrity test for one and more satellites too many.
-fn integrity_limits(probability: f64) -> [f64; 16] {
-    std::array::from_fn(|k| chi_square::quantile(probability, (k + 1) as f64))
 }

@@ -2,6 +2,7 @@
 
 use drivescope_drive::geodesy::LocalFrame;
 use drivescope_drive::satellites::Satellite;
+use drivescope_drive::select::midpoint;
 use nalgebra::{Matrix4, Vector3, Vector4};
 
 /// Most satellites of one instant that are used.
@@ -41,9 +42,14 @@ pub fn is_usable(satellite: &Satellite) -> bool {
 
 /// The satellites of an instant that can be used, each number once.
 pub fn usable(satellites: &[Satellite]) -> impl Iterator<Item = &Satellite> {
+    usable_but(satellites, 0).map(|(_, s)| s)
+}
+
+/// The same without those left out: a bit for each index.
+pub fn usable_but(satellites: &[Satellite], left_out: u64) -> impl Iterator<Item = (usize, &Satellite)> {
     (satellites.iter().enumerate().take(MOST_SATELLITES))
         .filter(|(k, s)| is_usable(s) && !satellites[..*k].iter().any(|earlier| earlier.prn == s.prn))
-        .map(|(_, s)| s)
+        .filter(move |(k, _)| left_out & (1 << k) == 0)
 }
 
 /// The normal matrix of ranges: rows `[-e, 1]` of position and clock.
@@ -105,16 +111,13 @@ fn largest_eigenvalue(m: &Matrix4<f64>) -> f64 {
 
 /// The median of at most [`MOST_SATELLITES`] values; `None` of none.
 pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut sorted = [0.0; MOST_SATELLITES];
+    let mut some = [0.0; MOST_SATELLITES];
     let mut count = 0;
     for value in values.take(MOST_SATELLITES) {
-        let place = sorted[..count].partition_point(|v| *v < value);
-        sorted.copy_within(place..count, place + 1);
-        sorted[place] = value;
+        some[count] = value;
         count += 1;
     }
-    let middle = count.checked_sub(1)? / 2;
-    Some(if count % 2 == 1 { sorted[middle] } else { 0.5 * (sorted[middle] + sorted[middle + 1]) })
+    (count > 0).then(|| midpoint(&mut some[..count]))
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use drivescope_drive::geodesy::LocalFrame;
 use drivescope_drive::satellites::Satellite;
 use nalgebra::{Matrix4, Vector3, Vector4};
 
-use super::sight::{Geometry, Sight, row, usable};
+use super::sight::{Geometry, Sight, row, usable_but};
 
 /// Steps of Gauss and Newton before a fix is given up.
 const MOST_STEPS: usize = 15;
@@ -41,17 +41,18 @@ impl Snapshot {
 
 /// Place and clock that fit the ranges best; `start` is a place to search from, the centre of the Earth without one.
 ///
-/// `None` with fewer than four satellites, with directions too dependent, or when the search does not settle.
+/// `left_out` has a bit for each index of a satellite that is not to be used. `None` with fewer than four satellites, with directions too dependent, or when the search does not settle.
 pub fn snapshot(
     frame: &LocalFrame,
     satellites: &[Satellite],
+    left_out: u64,
     start: Option<Vector3<f64>>,
     range_sigma: f64,
 ) -> Option<Snapshot> {
     let mut place = start.unwrap_or_else(|| frame.of_ecef(&Vector3::zeros()));
     let mut clock = 0.0;
     for _ in 0..MOST_STEPS {
-        let (geometry, right, squares) = normal_equations(frame, satellites, &place, clock);
+        let (geometry, right, squares) = normal_equations(frame, satellites, left_out, &place, clock);
         let cofactor = geometry.cofactor(WORST_CONDITION)?;
         let step: Vector4<f64> = cofactor * right;
         place += step.xyz();
@@ -59,7 +60,7 @@ pub fn snapshot(
         if step.norm() < SMALLEST_STEP {
             // What the last step explains is no residual.
             let residuals = (squares - right.dot(&step)) / (range_sigma * range_sigma);
-            let velocity = velocity(frame, satellites, &place);
+            let velocity = velocity(frame, satellites, left_out, &place);
             return Some(Snapshot {
                 place,
                 clock_bias: clock,
@@ -77,11 +78,12 @@ pub fn snapshot(
 fn normal_equations(
     frame: &LocalFrame,
     satellites: &[Satellite],
+    left_out: u64,
     place: &Vector3<f64>,
     clock: f64,
 ) -> (Geometry, Vector4<f64>, f64) {
     let (mut geometry, mut right, mut squares) = (Geometry::default(), Vector4::zeros(), 0.0);
-    for satellite in usable(satellites) {
+    for (_, satellite) in usable_but(satellites, left_out) {
         let sight = Sight::new(frame, place, satellite);
         let residual = satellite.range - sight.distance - clock;
         geometry.add(&sight.direction);
@@ -92,9 +94,14 @@ fn normal_equations(
 }
 
 /// Velocity and clock drift that fit the rates best.
-fn velocity(frame: &LocalFrame, satellites: &[Satellite], place: &Vector3<f64>) -> Option<(Vector3<f64>, f64)> {
+fn velocity(
+    frame: &LocalFrame,
+    satellites: &[Satellite],
+    left_out: u64,
+    place: &Vector3<f64>,
+) -> Option<(Vector3<f64>, f64)> {
     let (mut geometry, mut right) = (Geometry::default(), Vector4::zeros());
-    for satellite in usable(satellites) {
+    for (_, satellite) in usable_but(satellites, left_out) {
         let sight = Sight::new(frame, place, satellite);
         let rate = satellite.rate - sight.distance_rate(&Vector3::zeros());
         if rate.is_finite() {

@@ -3,6 +3,7 @@
 use drivescope_drive::channel::Series;
 use drivescope_drive::drive::Drive;
 
+use super::integrity::Integrity;
 use super::sight::Sight;
 use super::*;
 use crate::case_log::{Table, navigation_case, shared};
@@ -123,7 +124,7 @@ const VELOCITY: Vector3<f64> = Vector3::new(11.0, -5.0, 0.4);
 /// From the centre of the Earth, without noise: place, clock, velocity and drift come back to the rounding of a range (4e-9 m).
 #[test]
 fn a_fix_from_the_centre_of_the_earth_is_exact_without_noise() {
-    let fix = snapshot(&frame(), &sky(&frame(), &PLACE, &VELOCITY, [3000.0, 30.0]), None, 1.5).unwrap();
+    let fix = snapshot(&frame(), &sky(&frame(), &PLACE, &VELOCITY, [3000.0, 30.0]), 0, None, 1.5).unwrap();
     let (velocity, drift) = fix.velocity.unwrap();
     assert!((fix.place - PLACE).norm() < 1e-5 && (fix.clock_bias - 3000.0).abs() < 1e-5, "{fix:?}");
     assert!((velocity - VELOCITY).norm() < 1e-6 && (drift - 30.0).abs() < 1e-6 && fix.residuals < 1e-9);
@@ -132,9 +133,8 @@ fn a_fix_from_the_centre_of_the_earth_is_exact_without_noise() {
 #[test]
 fn three_satellites_make_no_fix_and_four_no_test() {
     let all = sky(&frame(), &PLACE, &VELOCITY, [0.0, 0.0]);
-    assert!(snapshot(&frame(), &all[..3], None, 1.5).is_none());
-    let start = LogStart { imu_step: f64::NAN, speed: f64::NAN, origin: None, rear_axle: None, date: None, disk: None };
-    let mut receiver = GnssReceiver::new(&GnssParams::default(), &VehicleParams::default(), &start);
+    assert!(snapshot(&frame(), &all[..3], 0, None, 1.5).is_none());
+    let mut receiver = GnssReceiver::new(&GnssParams::default(), &VehicleParams::default(), &LogStart::UNKNOWN);
     let row = receiver.step(&Epoch { time: 0.0, raw_gnss: Some(&all[..4]), ..Epoch::default() }).unwrap().unwrap();
     assert!(row.raim_passed.is_nan() && row.pdop > 1.0 && row.north.hypot(row.east) < 1e-3, "{row:?}");
     // The filter goes on with two, and says that it is degraded.
@@ -148,24 +148,69 @@ fn three_satellites_make_no_fix_and_four_no_test() {
 fn a_range_that_disagrees_with_the_others_is_noticed() {
     let mut all = sky(&frame(), &PLACE, &VELOCITY, [0.0, 0.0]);
     all[2].range += 40.0;
-    let start = LogStart {
-        imu_step: f64::NAN,
-        speed: f64::NAN,
-        origin: Some(frame().origin),
-        rear_axle: None,
-        date: None,
-        disk: None,
-    };
+    let start = LogStart { origin: Some(frame().origin), ..LogStart::UNKNOWN };
     let mut receiver = GnssReceiver::new(&GnssParams::default(), &VehicleParams::default(), &start);
     let row = receiver.step(&Epoch { time: 0.0, raw_gnss: Some(&all), ..Epoch::default() }).unwrap().unwrap();
     assert!(row.raim_passed == 0.0 && row.raim > 10.0);
+}
+
+/// One range of eight that is 40 m too long is left out, whichever it is, and the fix is that of the other seven; of six
+/// satellites too; of five it is found out and no more.
+#[test]
+fn the_satellite_at_fault_is_found_and_left_out_of_the_fix() {
+    for count in [8, 6, 5] {
+        for fault in 0..count {
+            let mut all = sky(&frame(), &PLACE, &VELOCITY, [3000.0, 30.0]);
+            all.truncate(count);
+            all[fault].range += 40.0;
+            let integrity = Integrity::new(0.999, true, 1.5);
+            let checked = integrity.fix(&frame(), &all, None).unwrap();
+            if count == 5 {
+                assert!(checked.left_out == 0 && checked.passes == checked.all_pass);
+                continue;
+            }
+            if checked.all_pass == Some(true) {
+                // Six satellites: a fault that the geometry hides from the test cannot be excluded.
+                assert!(count == 6 && checked.left_out == 0);
+                continue;
+            }
+            assert_eq!((checked.left_out, checked.passes), (1 << fault, Some(true)), "{count} satellites, {fault}");
+            assert!((checked.fix.place - PLACE).norm() < 1e-4);
+        }
+    }
+}
+
+/// Two faults of different size among eight, as under the multipath of the urban drive: both leave.
+#[test]
+fn two_satellites_at_fault_are_left_out_one_after_the_other() {
+    let mut all = sky(&frame(), &PLACE, &VELOCITY, [3000.0, 30.0]);
+    (all[1].range, all[5].range) = (all[1].range + 18.0, all[5].range + 26.0);
+    let checked = Integrity::new(0.999, true, 1.5).fix(&frame(), &all, None).unwrap();
+    assert_eq!((checked.left_out, checked.passes), (0b10_0010, Some(true)));
+    assert!((checked.fix.place - PLACE).norm() < 1e-4 && checked.all_pass == Some(false));
+    let kept = Integrity::new(0.999, false, 1.5).fix(&frame(), &all, None).unwrap();
+    assert!(kept.left_out == 0 && (kept.fix.place - PLACE).norm() > 3.0);
+}
+
+/// The single fix under the multipath of the urban drive (18 and 26 m on two satellites): metres off with all ranges, and as good
+/// as under a clear sky without those that disagree.
+#[test]
+fn excluding_satellites_mends_the_fix_under_multipath() {
+    let Some(drive) = navigation_case("urban") else { return };
+    let with = |exclude: bool| {
+        let estimates = run(&drive, &GnssParams { exclude, ..GnssParams::default() });
+        errors(&drive, &estimates, ["fix_north", "fix_east"], 150.0, 190.0).0
+    };
+    let (all, agreeing) = (with(false), with(true));
+    println!("multipath: single fix rms {all:.2} m, {agreeing:.2} m without the satellites at fault");
+    assert!(agreeing < 2.0 && agreeing < 0.3 * all);
 }
 
 /// Steps of 10 m and 1 m/s: second order of a range 10^2 / 4.4e7 = 2e-6 m; of a rate 3e-4 1/s * 10 m / 2.2e7 m: nothing.
 #[test]
 fn range_rows_are_the_derivatives_of_range_and_rate() {
     let all = sky(&frame(), &PLACE, &VELOCITY, [3000.0, 30.0]);
-    let fix = snapshot(&frame(), &all, None, 1.5).unwrap();
+    let fix = snapshot(&frame(), &all, 0, None, 1.5).unwrap();
     let filter = Filter::new(&fix);
     for (k, satellite) in all.iter().enumerate() {
         let models = [Filter::range, Filter::range_rate];
@@ -192,14 +237,7 @@ fn range_rows_are_the_derivatives_of_range_and_rate() {
 /// The clock jumps by 300 m: followed at once, the position stays; without the jump's logic every range would be refused.
 #[test]
 fn a_jump_of_the_clock_is_followed_and_moves_nothing() {
-    let start = LogStart {
-        imu_step: f64::NAN,
-        speed: f64::NAN,
-        origin: Some(frame().origin),
-        rear_axle: None,
-        date: None,
-        disk: None,
-    };
+    let start = LogStart { origin: Some(frame().origin), ..LogStart::UNKNOWN };
     let mut receiver = GnssReceiver::new(&GnssParams::default(), &VehicleParams::default(), &start);
     for k in 0..40 {
         let time = f64::from(k);
@@ -216,14 +254,7 @@ fn a_jump_of_the_clock_is_followed_and_moves_nothing() {
 
 #[test]
 fn nonsense_never_enters_the_state() {
-    let start = LogStart {
-        imu_step: f64::NAN,
-        speed: f64::NAN,
-        origin: Some(frame().origin),
-        rear_axle: None,
-        date: None,
-        disk: None,
-    };
+    let start = LogStart { origin: Some(frame().origin), ..LogStart::UNKNOWN };
     let mut receiver = GnssReceiver::new(&GnssParams::default(), &VehicleParams::default(), &start);
     let values = [f64::NAN, f64::INFINITY, -1e300, 1e9, 0.0, 5.0];
     for k in 0..600usize {

@@ -12,12 +12,14 @@ use nalgebra::Vector3;
 use super::filter::Filter;
 use super::fix::Fix;
 use super::tuning::Tuning;
-use crate::ins::{Earth, GravityModel, Navigation, VELOCITY};
+use crate::ins::{Earth, GYRO_BIAS, GravityModel, Navigation, STATES, VELOCITY};
 
 /// Shortest window at rest, in samples, that is worth levelling on.
 const FEWEST_SAMPLES: usize = 20;
 /// Mean rate above which a resting car is not resting, rad/s.
 const LARGEST_GYRO_BIAS: f64 = 0.02;
+/// What is left of a gyro bias that was found at rest, however long, rad/s: it walks, and a car at rest is not quite still.
+const RESTING_GYRO_BIAS: f64 = 1e-4;
 /// Slowest satellite speed at which a moving start takes its course, m/s.
 const MOVING_START_SPEED: f64 = 1.0;
 /// Sigma of a yaw of which nothing is known: uniform over the circle, rad.
@@ -40,6 +42,7 @@ pub struct Alignment {
     gyro: Vector3<f64>,
     newest: Option<(Vector3<f64>, Vector3<f64>)>,
     since: Option<f64>,
+    length: f64,
     first_fix: Option<Geodetic>,
     fixes: usize,
     fix_offsets: Vector3<f64>,
@@ -50,7 +53,7 @@ pub struct Alignment {
 impl Alignment {
     /// A sample at rest. `is_confirmed`: odometer or satellites say so, not only the quiet of the sample itself.
     pub fn rest(&mut self, time: f64, accel: Vector3<f64>, gyro: Vector3<f64>, is_confirmed: bool) {
-        self.since.get_or_insert(time);
+        self.length = time - *self.since.get_or_insert(time);
         self.is_confirmed |= is_confirmed;
         if let Some((accel, gyro)) = self.newest.replace((accel, gyro)) {
             self.samples += 1;
@@ -106,8 +109,15 @@ impl Alignment {
         let navigation = Navigation { place, velocity: Vector3::zeros(), body_to_nav: rotation };
         let mean_rate = self.gyro / self.samples as f64;
         let bias = mean_rate - rotation.transpose() * Earth::at(&place, gravity).rate();
-        let bias = if bias.norm() < LARGEST_GYRO_BIAS { bias } else { Vector3::zeros() };
-        let covariance = tuning.initial_covariance(tuning.params.initial_tilt_sigma, yaw_sigma);
+        let is_bias = bias.norm() < LARGEST_GYRO_BIAS;
+        let bias = if is_bias { bias } else { Vector3::zeros() };
+        let mut covariance = tuning.initial_covariance(tuning.params.initial_tilt_sigma, yaw_sigma);
+        if is_bias && tuning.params.resting_gyro_bias {
+            let variance = tuning.noise.gyro / self.length + RESTING_GYRO_BIAS.powi(2);
+            for state in GYRO_BIAS..STATES {
+                covariance[(state, state)] = covariance[(state, state)].min(variance);
+            }
+        }
         let filter = Filter::new(navigation, bias, covariance, gravity);
         Some(Start { filter, is_yaw_known: tuning.params.initial_yaw.is_finite() })
     }
@@ -207,7 +217,7 @@ mod tests {
             ..drivescope_drive::signals::Gnss::default()
         };
         let tuning = tuning(f64::NAN);
-        let fix = Fix::read(&gnss, &tuning.params).unwrap();
+        let fix = Fix::read(&gnss, Geodetic::default(), &tuning.params).unwrap();
         for (is_reversing, yaw) in [(false, 0.7), (true, 0.7 - std::f64::consts::PI)] {
             let start = moving_start(&fix, is_reversing, &tuning, GravityModel::Wgs84).unwrap();
             let angles = drivescope_drive::frames::euler_zyx(&start.filter.state.navigation.body_to_nav);

@@ -24,6 +24,7 @@ fn params(drive: &Drive, start_row: usize, aided: bool) -> GnssInsParams {
         nhc: aided,
         zupt: aided,
         zaru: aided,
+        resting_gyro_bias: false,
         ..GnssInsParams::default()
     }
 }

@@ -21,6 +21,8 @@ record! {
         east: "m", truth "e";
         /// Sigma of the position to the east.
         east_sigma: "m", sigma_of "east";
+        /// Correlation of the errors to the north and to the east, -1 to 1: how the ellipse of the position lies.
+        north_east_correlation: "1";
         /// Below the local origin.
         down: "m", truth "d";
         /// Sigma of the position downward.
@@ -225,12 +227,15 @@ impl Verdicts {
     }
 }
 
-/// The sigmas of the columns.
+/// The sigmas of the columns, and the covariance of north and east.
 ///
 /// Those of north, east, down are of the local frame at the car; its turn against the frame at the origin (1e-3 rad at
 /// 6 km) is left out.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sigmas([f64; 20]);
+pub struct Sigmas {
+    of: [f64; 20],
+    north_east: f64,
+}
 
 impl Sigmas {
     /// Those of a state with a covariance.
@@ -245,22 +250,28 @@ impl Sigmas {
         }
         out[15..18].copy_from_slice(&euler_sigmas(&state.navigation, covariance));
         out[18..].copy_from_slice(&body_velocity_sigmas(&state.navigation, covariance));
-        Self(out)
+        Self { of: out, north_east: covariance[(POSITION, POSITION + 1)] }
     }
 
-    /// Between these and later ones: variances in proportion.
+    /// Between these and later ones: variances and the covariance in proportion.
     pub fn between(&self, later: &Self, share: f64) -> Self {
-        Self(std::array::from_fn(|k| (self.0[k].powi(2) * (1.0 - share) + later.0[k].powi(2) * share).sqrt()))
+        let between = |first: f64, second: f64| first * (1.0 - share) + second * share;
+        Self {
+            of: std::array::from_fn(|k| between(self.of[k].powi(2), later.of[k].powi(2)).sqrt()),
+            north_east: between(self.north_east, later.north_east),
+        }
     }
 
     /// Put them into their columns; an error that is not estimated has none.
     pub fn write(&self, row: &mut GnssInsEstimate) {
         const { assert!(VELOCITY == 3 && GYRO_BIAS == ACCEL_BIAS + 3 && ODOMETER_SCALE == ACCEL_BIAS + 6) };
         const { assert!(CLOCK_BIAS == ACCEL_BIAS + 7 && CLOCK_DRIFT == ACCEL_BIAS + 8) };
-        let s = &self.0;
+        let s = &self.of;
         let estimated = |v: f64| if v > 0.0 { v } else { f64::NAN };
         [row.north_sigma, row.east_sigma, row.down_sigma] = [s[0], s[1], s[2]];
         row.alt_sigma = row.down_sigma;
+        // Both sigmas 0: 0 / 0 is no value.
+        row.north_east_correlation = (self.north_east / (s[0] * s[1])).clamp(-1.0, 1.0);
         [row.v_north_sigma, row.v_east_sigma, row.v_down_sigma] = [s[3], s[4], s[5]];
         [row.accel_bias_x_sigma, row.accel_bias_y_sigma, row.accel_bias_z_sigma] = [s[6], s[7], s[8]];
         [row.gyro_bias_x_sigma, row.gyro_bias_y_sigma, row.gyro_bias_z_sigma] = [s[9], s[10], s[11]];
@@ -339,4 +350,33 @@ pub fn blank_clock(row: &mut GnssInsEstimate) {
     row.clock_bias_sigma = f64::NAN;
     row.clock_drift = f64::NAN;
     row.clock_drift_sigma = f64::NAN;
+}
+
+#[cfg(test)]
+mod tests {
+    use drivescope_drive::geodesy::Geodetic;
+
+    use super::*;
+
+    /// Catches a covariance taken from the wrong place, one that is not divided by both sigmas, and one that is interpolated as
+    /// if it were a sigma: it may be negative.
+    #[test]
+    fn the_correlation_of_north_and_east_is_their_covariance_over_both_sigmas_also_between_two_instants() {
+        let of = |north_east: f64| {
+            let mut covariance = Covariance::identity();
+            covariance[(POSITION, POSITION)] = 4.0;
+            covariance[(POSITION + 1, POSITION + 1)] = 9.0;
+            covariance[(POSITION, POSITION + 1)] = north_east;
+            covariance[(POSITION + 1, POSITION)] = north_east;
+            let place = Geodetic { lat: 0.8, lon: 0.2, alt: 0.0 };
+            let navigation = Navigation { place, velocity: Vector3::zeros(), body_to_nav: Matrix3::identity() };
+            Sigmas::new(&State::new(navigation, Vector3::zeros()), &covariance)
+        };
+        let mut row = GnssInsEstimate::default();
+        of(-3.0).write(&mut row);
+        assert!((row.north_sigma - 2.0).abs() < 1e-15 && (row.east_sigma - 3.0).abs() < 1e-15);
+        assert!((row.north_east_correlation + 0.5).abs() < 1e-15, "{}", row.north_east_correlation);
+        of(-3.0).between(&of(1.0), 0.25).write(&mut row);
+        assert!((row.north_east_correlation + 2.0 / 6.0).abs() < 1e-15, "{}", row.north_east_correlation);
+    }
 }

@@ -1,10 +1,12 @@
 //! A satellite fix as the filter uses it: one place, a velocity, and sigmas, whatever columns carried them.
 
 use drivescope_drive::geodesy::{Geodetic, LocalFrame};
+use drivescope_drive::satellites::Satellite;
 use drivescope_drive::signals::Gnss;
 use nalgebra::Vector3;
 
 use super::tuning::GnssInsParams;
+use crate::gnss::integrity::Integrity;
 
 /// Origin of logs that hold local metres only: 36 N, 127 E, on the ellipsoid.
 pub const NOMINAL_ORIGIN: Geodetic =
@@ -34,12 +36,12 @@ pub struct Fix {
 }
 
 impl Fix {
-    /// What a record holds; `None` if the receiver says not to use it or it holds nothing.
-    pub fn read(gnss: &Gnss, params: &GnssInsParams) -> Option<Self> {
+    /// What a record holds; `None` if the receiver says not to use it or it holds nothing. Local metres are of `origin`.
+    pub fn read(gnss: &Gnss, origin: Geodetic, params: &GnssInsParams) -> Option<Self> {
         if !gnss.is_usable() {
             return None;
         }
-        let (place, has_height, is_local) = Self::place_of(gnss);
+        let (place, has_height, is_local) = Self::place_of(gnss, origin);
         let (north, east) = gnss.horizontal_velocity();
         let has_vertical_velocity = gnss.v_down.is_finite();
         let down = if has_vertical_velocity { gnss.v_down } else { 0.0 };
@@ -70,8 +72,33 @@ impl Fix {
         })
     }
 
+    /// The fix of raw ranges, for a receiver that gives none: that of the satellites that agree, `None` without such.
+    pub fn of_ranges(
+        frame: &LocalFrame,
+        satellites: &[Satellite],
+        integrity: &Integrity,
+        params: &GnssInsParams,
+    ) -> Option<Self> {
+        let checked = integrity.fix(frame, satellites, None).filter(|checked| checked.passes != Some(false))?;
+        let fix = checked.fix;
+        // The frame at the origin is turned against the one here by 1e-3 rad at 6 km: left out.
+        let cofactor = |k: usize| fix.cofactor[(k, k)].max(0.0).sqrt() * params.gnss_scale;
+        let spread = Vector3::new(cofactor(0), cofactor(1), cofactor(2));
+        let velocity = fix.velocity.map(|(velocity, _)| velocity);
+        Some(Self {
+            place: Some(frame.to_geodetic(&fix.place)),
+            has_height: true,
+            is_local: false,
+            position_sigma: spread.map(|s| (s * params.range_sigma).max(SIGMA_FLOOR)),
+            velocity,
+            has_vertical_velocity: velocity.is_some(),
+            velocity_sigma: spread * params.range_rate_sigma,
+            ground_speed: velocity.map_or(f64::NAN, |v| v.x.hypot(v.y)),
+        })
+    }
+
     /// Place, whether its height is measured, and whether it came from local metres.
-    fn place_of(gnss: &Gnss) -> (Option<Geodetic>, bool, bool) {
+    fn place_of(gnss: &Gnss, origin: Geodetic) -> (Option<Geodetic>, bool, bool) {
         let height = |v: f64| if v.is_finite() { v } else { 0.0 };
         if gnss.lat.is_finite() && gnss.lon.is_finite() {
             let place = Geodetic { lat: gnss.lat, lon: gnss.lon, alt: height(gnss.alt) };
@@ -79,7 +106,7 @@ impl Fix {
         }
         if gnss.north.is_finite() && gnss.east.is_finite() {
             let ned = Vector3::new(gnss.north, gnss.east, height(gnss.down));
-            return (Some(LocalFrame::new(NOMINAL_ORIGIN).to_geodetic(&ned)), gnss.down.is_finite(), true);
+            return (Some(LocalFrame::new(origin).to_geodetic(&ned)), gnss.down.is_finite(), true);
         }
         (None, false, false)
     }
@@ -100,7 +127,7 @@ mod tests {
     fn sigmas_come_from_the_receiver_if_it_states_them_and_never_fall_below_five_centimetres() {
         let params = GnssInsParams { gnss_scale: 2.0, ..GnssInsParams::default() };
         let gnss = Gnss { lat: 0.6, lon: 2.0, std_north: 0.8, std_east: -1.0, std_down: 1e-4, ..Gnss::default() };
-        let fix = Fix::read(&gnss, &params).unwrap();
+        let fix = Fix::read(&gnss, NOMINAL_ORIGIN, &params).unwrap();
         assert_eq!(fix.position_sigma, Vector3::new(1.6, 3.0, 0.05));
         assert!(!fix.has_height && fix.velocity.is_none());
     }
@@ -108,7 +135,7 @@ mod tests {
     #[test]
     fn speed_and_course_make_a_horizontal_velocity() {
         let gnss = Gnss { speed: 4.0, course: 0.5, ..Gnss::default() };
-        let fix = Fix::read(&gnss, &GnssInsParams::default()).unwrap();
+        let fix = Fix::read(&gnss, NOMINAL_ORIGIN, &GnssInsParams::default()).unwrap();
         assert!((fix.ground_speed - 4.0).abs() < 1e-12 && !fix.has_vertical_velocity && fix.place.is_none());
         let (course, sigma) = fix.course().unwrap();
         assert!((course - 0.5).abs() < 1e-12 && (sigma - (0.025 + 1f64.to_radians())).abs() < 1e-12);
@@ -117,14 +144,16 @@ mod tests {
     #[test]
     fn a_fix_that_the_receiver_withdraws_or_that_is_empty_is_none() {
         let params = GnssInsParams::default();
-        assert!(Fix::read(&Gnss { lat: 0.6, lon: 2.0, valid: 0.0, ..Gnss::default() }, &params).is_none());
-        assert!(Fix::read(&Gnss::default(), &params).is_none());
+        assert!(
+            Fix::read(&Gnss { lat: 0.6, lon: 2.0, valid: 0.0, ..Gnss::default() }, NOMINAL_ORIGIN, &params).is_none()
+        );
+        assert!(Fix::read(&Gnss::default(), NOMINAL_ORIGIN, &params).is_none());
     }
 
     #[test]
     fn local_metres_come_back_as_local_metres() {
         let gnss = Gnss { north: 300.0, east: -200.0, down: 4.0, ..Gnss::default() };
-        let fix = Fix::read(&gnss, &GnssInsParams::default()).unwrap();
+        let fix = Fix::read(&gnss, NOMINAL_ORIGIN, &GnssInsParams::default()).unwrap();
         let ned = LocalFrame::new(NOMINAL_ORIGIN).to_ned(fix.place.unwrap());
         assert!((ned - Vector3::new(300.0, -200.0, 4.0)).norm() < 1e-7 && fix.is_local && fix.has_height);
     }

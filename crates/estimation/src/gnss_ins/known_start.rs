@@ -25,14 +25,7 @@ pub struct KnownStart {
 impl GnssIns {
     /// The filter running from a known state instead of aligning; the sigmas of the start are those of the parameters.
     pub fn from_known(params: &GnssInsParams, start: &KnownStart) -> Self {
-        let log = LogStart {
-            imu_step: f64::NAN,
-            speed: start.velocity.norm(),
-            origin: Some(start.place),
-            rear_axle: None,
-            date: None,
-            disk: None,
-        };
+        let log = LogStart { speed: start.velocity.norm(), origin: Some(start.place), ..LogStart::UNKNOWN };
         let mut filter = Self::new(params, &VehicleParams::default(), &log);
         let KnownStart { place, velocity, body_to_nav, .. } = *start;
         filter.begin_at(start.time, Navigation { place, velocity, body_to_nav });

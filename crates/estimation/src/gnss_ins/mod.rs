@@ -6,6 +6,7 @@
 //! Inputs: specific force and rates; satellite position and velocity (or speed and course), or pseudoranges; odometer.
 //! Source: Yun & Yu 2007, equations (15) to (19), corrected; SPEC navigation 1 to 4, 7 and 11. Departures are named where they are
 //! made: [`covariance`] (nodes), [`alignment`] (start from a log as it comes), [`running`] (unknown yaw).
+//! A log with ranges and without fixes is navigated all the same: a fix is computed of them, without satellites that disagree.
 //! Sensors with their own clock: an odometer sample or a fix is used at the next inertial sample, the fix carried on to it
 //! with velocity and acceleration; one older than two inertial steps (at least 0.1 s) is dropped and counted.
 //! While the car stands and is levelled, rows show the state that the filter would start from.
@@ -22,17 +23,21 @@ pub mod measurement;
 pub mod ranging;
 pub mod running;
 pub mod smoother;
+pub mod standing;
 pub mod state;
 pub mod store;
 mod tuning;
+pub mod watch;
 
 #[cfg(test)]
 mod case_tests;
 #[cfg(test)]
 mod consistency_tests;
+#[cfg(test)]
+mod honesty_tests;
 
 use drivescope_drive::channel::Channel;
-use drivescope_drive::drive::{Epoch, LogStart, Signal};
+use drivescope_drive::drive::{Drive, Epoch, LogStart, Signal};
 use drivescope_drive::geodesy::LocalFrame;
 use drivescope_drive::satellites::Satellite;
 use drivescope_drive::vehicle::VehicleParams;
@@ -43,11 +48,14 @@ use self::estimate::{Sigmas, Verdicts};
 pub use self::fix::{Fix, NOMINAL_ORIGIN};
 use self::inertial::{Hold, Sample};
 pub use self::known_start::KnownStart;
-use self::running::{Aids, Running, STANDING_SPEED};
+use self::running::{Aids, Running};
 use self::smoother::Pass;
+use self::standing::{Rolling, Standing};
 use self::store::Store;
 pub use self::tuning::{Coupling, GnssInsParams, Gravity, Smoother, Tuning};
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
+use crate::gnss::first_frame;
+use crate::gnss::integrity::Integrity;
 use crate::ins::GravityModel;
 
 /// Shortest window at rest that a start is taken from when the car drives off, s.
@@ -72,9 +80,11 @@ pub struct GnssIns {
     hold: Hold,
     last_time: Option<f64>,
     oldest_aid: f64,
-    speed: Option<(f64, f64)>,
+    speed_time: Option<f64>,
+    standing: Standing,
     ground_speed: Option<(f64, f64)>,
     fix: Option<(f64, Fix)>,
+    raw_only: Option<Box<Integrity>>,
     ranges: Vec<Satellite>,
     ranges_time: Option<f64>,
     store: Option<Box<Store>>,
@@ -109,9 +119,11 @@ impl Estimator for GnssIns {
             hold: Hold::default(),
             last_time: None,
             oldest_aid: (2.0 * step).max(0.1),
-            speed: None,
+            speed_time: None,
+            standing: Standing::default(),
             ground_speed: None,
             fix: None,
+            raw_only: None,
             ranges: Vec::new(),
             ranges_time: None,
             store: (params.smoother == Smoother::Rts).then(Box::default),
@@ -119,6 +131,15 @@ impl Estimator for GnssIns {
             row: GnssInsEstimate::default(),
             revision: None,
             notices: Notices::default(),
+        }
+    }
+
+    fn look_ahead(&mut self, drive: &Drive) {
+        let speeds = drive.wheels.iter().map(|(_, wheels)| wheels.forward_speed());
+        speeds.filter(|speed| speed.is_finite()).for_each(|speed| self.standing.learn(speed));
+        if !drive.has(Signal::GnssPosition) {
+            let p = &self.tuning.params;
+            self.raw_only = Some(Box::new(Integrity::new(p.gate_probability, p.gate, p.range_sigma)));
         }
     }
 
@@ -137,6 +158,7 @@ impl Estimator for GnssIns {
             self.notices.add("inertial sample that is not later than the one before skipped", epoch.time);
             return Ok(None);
         }
+        self.standing.sample(&sample.accel, dt, self.tuning.params.accel_noise);
         let ranges = std::mem::take(&mut self.ranges);
         let aids = self.take_aids(epoch.time, dt, &ranges);
         let is_running = match self.phase {
@@ -192,7 +214,7 @@ const NEEDS: &[Need] = &[
     Need { signal: Signal::GyroY, required: true, why: "the attitude is integrated from all three rates" },
     Need { signal: Signal::GyroZ, required: true, why: "the attitude is integrated from all three rates" },
     Need {
-        signal: Signal::GnssPosition,
+        signal: Signal::SatellitePlace,
         required: true,
         why: "the trajectory starts at a satellite position and is held to them",
     },
@@ -222,49 +244,60 @@ impl GnssIns {
     /// Keep what an epoch says besides the inertial sample.
     fn receive(&mut self, epoch: &Epoch) {
         if let Some(speed) = epoch.wheels.map(|w| w.forward_speed()).filter(|v| v.is_finite()) {
-            self.speed = Some((epoch.time, speed));
+            self.speed_time = Some(epoch.time);
+            self.standing.odometer(speed);
         }
         if let Some(ranges) = epoch.raw_gnss.filter(|_| self.tuning.params.coupling == Coupling::Tight) {
             self.ranges.clear();
             self.ranges.extend_from_slice(ranges);
             self.ranges_time = Some(epoch.time);
         }
+        if let (Some(satellites), Some(integrity)) = (epoch.raw_gnss, &self.raw_only) {
+            let Some(frame) = self.frame.or_else(|| first_frame(satellites)) else { return };
+            self.row.satellites = satellites.len() as f64;
+            let fix = Fix::of_ranges(&frame, satellites, integrity, &self.tuning.params);
+            return fix.into_iter().for_each(|fix| self.keep(epoch.time, fix));
+        }
         let Some(gnss) = epoch.gnss else { return };
         let keep = |old: &mut f64, new: f64| *old = if new.is_finite() { new } else { *old };
         keep(&mut self.row.satellites, gnss.satellites);
         keep(&mut self.row.pdop, gnss.pdop);
-        let Some(fix) = Fix::read(&gnss, &self.tuning.params) else { return };
+        let origin = self.frame.map_or(NOMINAL_ORIGIN, |frame| frame.origin);
+        let Some(fix) = Fix::read(&gnss, origin, &self.tuning.params) else { return };
+        self.keep(epoch.time, fix);
+    }
+
+    fn keep(&mut self, time: f64, fix: Fix) {
         if fix.ground_speed.is_finite() {
-            self.ground_speed = Some((epoch.time, fix.ground_speed));
+            self.ground_speed = Some((time, fix.ground_speed));
         }
         if let Some(place) = fix.place {
             self.gravity.get_or_insert(if fix.is_local { GravityModel::Constant } else { GravityModel::Wgs84 });
             let origin = if fix.is_local { NOMINAL_ORIGIN } else { place };
             self.frame.get_or_insert_with(|| LocalFrame::new(origin));
         }
-        self.fix = Some((epoch.time, fix));
+        self.fix = Some((time, fix));
     }
 
     /// What is young enough to be used at an inertial sample at `time`, `dt` s after the one before.
     fn take_aids<'a>(&mut self, time: f64, dt: f64, ranges: &'a [Satellite]) -> Aids<'a> {
-        let speed = self.speed.filter(|(at, _)| time - at < dt.max(1e-9)).map(|(_, speed)| speed);
+        let rolling = self.speed_time.filter(|at| time - at < dt.max(1e-9)).map(|_| self.standing.rolling());
         let fix = self.fix.take().map(|(at, fix)| (fix, time - at));
         let oldest = self.oldest_aid;
         if fix.is_some_and(|(_, age)| age > oldest) {
             self.notices.add("satellite fix inside a hole of the inertial data dropped", time);
         }
         let ranges = self.ranges_time.take().map(|at| (ranges, time - at)).filter(|(_, age)| *age <= oldest);
-        Aids { speed, fix: fix.filter(|(_, age)| *age <= oldest), ranges }
+        Aids { rolling, fix: fix.filter(|(_, age)| *age <= oldest), ranges }
     }
 
     /// Whether the car stands: by odometer, else by satellites; `None` if neither says.
     fn stands(&self, time: f64) -> Option<bool> {
-        let recent = |seen: Option<(f64, f64)>| seen.filter(|(at, _)| time - at < STALE).map(|(_, speed)| speed);
-        if let Some(speed) = recent(self.speed) {
-            return Some(speed.abs() < STANDING_SPEED);
+        if self.speed_time.is_some_and(|at| time - at < STALE) {
+            return Some(matches!(self.standing.rolling(), Rolling::Standing | Rolling::Slower(_)));
         }
         // Ten sigma of a satellite velocity would be 1 m/s; a creeping car is not levelled on.
-        recent(self.ground_speed).map(|speed| speed < 0.5)
+        self.ground_speed.filter(|(at, _)| time - at < STALE).map(|(_, speed)| speed < 0.5)
     }
 
     /// Use a sample for alignment. Returns whether the filter began before it, so that it has to be stepped.
@@ -272,7 +305,7 @@ impl GnssIns {
         let stands = self.stands(time);
         let Phase::Aligning(alignment) = &mut self.phase else { return true };
         let gravity = self.gravity.unwrap_or(GravityModel::Wgs84);
-        let is_quiet = self.speed.is_some() || alignment.is_quiet(&sample.accel, &sample.gyro);
+        let is_quiet = self.speed_time.is_some() || alignment.is_quiet(&sample.accel, &sample.gyro);
         if stands.unwrap_or(true) && is_quiet {
             alignment.rest(time, sample.accel, sample.gyro, stands.is_some());
             if alignment.duration(time) + 1e-9 >= self.tuning.params.align_time
@@ -294,7 +327,7 @@ impl GnssIns {
             return true;
         }
         alignment.reset();
-        let is_reversing = aids.speed.is_some_and(|v| v < 0.0);
+        let is_reversing = aids.is_reversing();
         let start = aids.fix.and_then(|(fix, _)| alignment::moving_start(&fix, is_reversing, &self.tuning, gravity));
         if let Some(start) = start {
             self.notices

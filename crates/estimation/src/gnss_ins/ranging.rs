@@ -124,7 +124,7 @@ impl Ranging {
                 + filter.state.clock_drift * lag.age;
             let verdict = filter.update(&prediction, &vector![p.range_sigma * p.gnss_scale], tuning);
             verdicts.range.add(verdict);
-            count_refusals(filter, &mut self.refusals, verdict, tuning);
+            count_refusals(filter, &mut self.refusals, verdict, p.max_reject);
             if !is_yaw_known {
                 filter.isolate_yaw();
             }

@@ -13,7 +13,9 @@ use super::fix::Fix;
 use super::inertial::Sample;
 use super::measurement;
 use super::ranging::{Lag, Ranging};
+use super::standing::Rolling;
 use super::tuning::{Coupling, Tuning};
+use super::watch::Watch;
 use crate::estimator::{EstimatorError, Notices};
 use crate::ins::ATTITUDE;
 
@@ -21,14 +23,8 @@ use crate::ins::ATTITUDE;
 const AIDING_STEP: f64 = 0.1;
 /// Longest wait for an odometer sample before the constraint is used without one, s.
 const LONGEST_ODOMETER_WAIT: f64 = 0.25;
-/// Normalized innovation squared of a position about a hundred sigmas away.
-const HOPELESS: f64 = 1e4;
-/// Fixes in a row, each hopelessly far, after which the filter and not the receiver is wrong.
-const HOPELESS_IN_A_ROW: usize = 10;
 /// Speed that no car reaches, m/s.
 const FASTEST_CAR: f64 = 150.0;
-/// Odometer speed below which the car stands, m/s.
-pub const STANDING_SPEED: f64 = 0.02;
 /// Satellite speed from which the course tells the yaw, m/s.
 const ALIGNING_SPEED: f64 = 0.4;
 /// Longest inertial step that is integrated as one, s.
@@ -44,12 +40,19 @@ const LONGEST_RANGE_WAIT: f64 = 5.0;
 /// What the car's sensors said since the last epoch.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Aids<'a> {
-    /// Forward speed of the odometer, m/s, if it is of this epoch.
-    pub speed: Option<f64>,
+    /// What the odometer says, if it is of this epoch.
+    pub rolling: Option<Rolling>,
     /// A fix and its age, s.
     pub fix: Option<(Fix, f64)>,
     /// Pseudoranges and their age, s.
     pub ranges: Option<(&'a [Satellite], f64)>,
+}
+
+impl Aids<'_> {
+    /// Whether the odometer runs backward.
+    pub fn is_reversing(&self) -> bool {
+        matches!(self.rolling, Some(Rolling::At(speed)) if speed < 0.0)
+    }
 }
 
 /// A filter that runs, with the clocks and counters around it.
@@ -70,7 +73,7 @@ pub struct Running {
     acceleration: Vector3<f64>,
     position_refusals: usize,
     velocity_refusals: usize,
-    hopeless: usize,
+    watch: Watch,
 }
 
 impl Running {
@@ -89,7 +92,7 @@ impl Running {
             acceleration: Vector3::zeros(),
             position_refusals: 0,
             velocity_refusals: 0,
-            hopeless: 0,
+            watch: Watch::default(),
         }
     }
 
@@ -109,10 +112,10 @@ impl Running {
         self.predict(time, dt, sample, tuning, notices)?;
         self.filter.time = time;
         let mut verdicts = Verdicts::default();
-        self.aid_by_motion(dt, aids.speed, tuning, &mut verdicts);
+        self.aid_by_motion(dt, aids.rolling, tuning, &mut verdicts);
         self.since_ranges += dt;
         if let Some((fix, _)) = &aids.fix {
-            self.align_yaw(fix, aids.speed, tuning);
+            self.align_yaw(fix, aids, tuning);
             self.has_seen_course |= fix.velocity.is_some();
         }
         match (aids.ranges, &aids.fix) {
@@ -125,6 +128,8 @@ impl Running {
             }
             _ => {}
         }
+        self.watch.wait(dt);
+        self.watch.look(&verdicts, tuning.params.max_reject);
         if !self.filter.is_sound() {
             notices.add("covariance lost its meaning and was set back to that of the start", time);
             self.filter.close_store();
@@ -133,10 +138,9 @@ impl Running {
         Ok(verdicts)
     }
 
-    /// Whether the state is no car's, or so many fixes in a row lay so far away that opening the gate would not bring the
-    /// filter back.
+    /// Whether the state is no car's, or so much speaks against it that opening the gate would not bring the filter back.
     pub fn is_lost(&self) -> bool {
-        self.hopeless >= HOPELESS_IN_A_ROW || self.filter.state.navigation.velocity.norm() > FASTEST_CAR
+        self.watch.is_lost() || self.filter.state.navigation.velocity.norm() > FASTEST_CAR
     }
 
     fn fresh_covariance(&self, tuning: &Tuning) -> Covariance {
@@ -177,18 +181,24 @@ impl Running {
     }
 
     /// Every 0.1 s: a standing car has neither velocity nor rate; a rolling one has the odometer's speed and moves along its axis.
-    fn aid_by_motion(&mut self, dt: f64, speed: Option<f64>, tuning: &Tuning, verdicts: &mut Verdicts) {
+    fn aid_by_motion(&mut self, dt: f64, rolling: Option<Rolling>, tuning: &Tuning, verdicts: &mut Verdicts) {
         self.since_aid += dt;
-        self.since_odometer = if speed.is_some() { 0.0 } else { self.since_odometer + dt };
+        self.since_odometer = if rolling.is_some() { 0.0 } else { self.since_odometer + dt };
         let is_due = self.since_aid + 0.5 * dt >= AIDING_STEP;
-        let waits_for_odometer = speed.is_none() && self.since_odometer < LONGEST_ODOMETER_WAIT;
+        let waits_for_odometer = rolling.is_none() && self.since_odometer < LONGEST_ODOMETER_WAIT;
         if !is_due || waits_for_odometer {
             return;
         }
         self.filter.commit(tuning);
         let p = &tuning.params;
-        let is_standing = speed.is_some_and(|v| v.abs() < STANDING_SPEED);
-        if is_standing && (p.zupt || p.zaru) {
+        let sigma = |speed: f64| p.odometer_sigma + p.odometer_speed_sigma * speed.abs();
+        let speed = match rolling {
+            Some(Rolling::At(speed)) => Some((speed, sigma(speed))),
+            Some(Rolling::Standing) => Some((0.0, sigma(0.0))),
+            Some(Rolling::Slower(speed)) => Some((0.0, sigma(speed).max(speed))),
+            Some(Rolling::Leaving) | None => None,
+        };
+        if rolling == Some(Rolling::Standing) && (p.zupt || p.zaru) {
             self.aid_standing(tuning, verdicts);
         } else if self.is_yaw_known {
             self.aid_rolling(speed, tuning, verdicts);
@@ -213,14 +223,14 @@ impl Running {
         }
     }
 
-    fn aid_rolling(&mut self, speed: Option<f64>, tuning: &Tuning, verdicts: &mut Verdicts) {
+    /// `speed`: of the odometer, with its sigma, m/s.
+    fn aid_rolling(&mut self, speed: Option<(f64, f64)>, tuning: &Tuning, verdicts: &mut Verdicts) {
         let p = &tuning.params;
         let predict = |f: &Filter, v: f64| {
             let state = &f.state;
             measurement::body_velocity(&state.navigation, &tuning.odometer, &f.rate, v, state.odometer_scale)
         };
-        if let Some(speed) = speed.filter(|_| p.odometer) {
-            let sigma = p.odometer_sigma + p.odometer_speed_sigma * speed.abs();
+        if let Some((speed, sigma)) = speed.filter(|_| p.odometer) {
             let prediction = predict(&self.filter, speed).forward();
             verdicts.odometer = self.filter.update(&prediction, &vector![sigma], tuning);
         }
@@ -243,9 +253,8 @@ impl Running {
             } else {
                 self.filter.update(&prediction.horizontal(), &sigma.xy(), tuning)
             };
-            count_refusals(&mut self.filter, &mut self.position_refusals, verdicts.position, tuning);
-            let is_hopeless = verdicts.position.is_some_and(|v| !v.is_accepted && v.nis > HOPELESS);
-            self.hopeless = if is_hopeless { self.hopeless + 1 } else { 0 };
+            let limit = self.watch.position_refusals(tuning.params.max_reject);
+            count_refusals(&mut self.filter, &mut self.position_refusals, verdicts.position, limit);
         }
         if let Some(velocity) = fix.velocity {
             self.settle(tuning);
@@ -257,7 +266,7 @@ impl Running {
             } else {
                 self.filter.update(&prediction.horizontal(), &fix.velocity_sigma.xy(), tuning)
             };
-            count_refusals(&mut self.filter, &mut self.velocity_refusals, verdicts.velocity, tuning);
+            count_refusals(&mut self.filter, &mut self.velocity_refusals, verdicts.velocity, tuning.params.max_reject);
         }
     }
 
@@ -276,21 +285,18 @@ impl Running {
         if self.ranging.aid(&mut self.filter, satellites, &lag, self.is_yaw_known, tuning, verdicts) {
             notices.add("the receiver clock jumped", time);
         }
-        let range = &verdicts.range;
-        let is_hopeless = range.accepted == 0 && range.nis > HOPELESS * range.count as f64;
-        self.hopeless = if is_hopeless { self.hopeless + 1 } else { 0 };
     }
 
     /// One-shot: the first course of a moving car becomes the yaw (opposite to it if the odometer runs backward).
-    fn align_yaw(&mut self, fix: &Fix, speed: Option<f64>, tuning: &Tuning) {
+    fn align_yaw(&mut self, fix: &Fix, aids: &Aids, tuning: &Tuning) {
         let is_moving = fix.velocity.is_some_and(|v| v.x.hypot(v.y) > ALIGNING_SPEED);
-        if self.is_yaw_known || !is_moving || speed.is_some_and(|v| v.abs() < STANDING_SPEED) {
+        let is_slow = aids.rolling.is_some_and(|rolling| !matches!(rolling, Rolling::At(_)));
+        if self.is_yaw_known || !is_moving || is_slow {
             return;
         }
         if let Some((course, sigma)) = fix.course() {
-            let is_reversing = speed.is_some_and(|v| v < 0.0);
             self.filter.commit(tuning);
-            self.filter.set_yaw(if is_reversing { course + std::f64::consts::PI } else { course }, sigma);
+            self.filter.set_yaw(if aids.is_reversing() { course + std::f64::consts::PI } else { course }, sigma);
             self.is_yaw_known = true;
         }
     }
@@ -304,9 +310,10 @@ impl Running {
     }
 }
 
-pub(super) fn count_refusals(filter: &mut Filter, refusals: &mut usize, verdict: Option<Verdict>, tuning: &Tuning) {
+/// Doubt the filter when `limit` measurements of a kind were refused in a row.
+pub(super) fn count_refusals(filter: &mut Filter, refusals: &mut usize, verdict: Option<Verdict>, limit: f64) {
     *refusals = if verdict.is_some_and(|v| !v.is_accepted) { *refusals + 1 } else { 0 };
-    if *refusals >= tuning.params.max_reject as usize {
+    if *refusals as f64 >= limit {
         filter.open_up();
         *refusals = 0;
     }

@@ -75,6 +75,9 @@ params! {
         initial_accel_bias_sigma (""): number = 0.05, "m/s^2", 1e-5 ..= 1.0 Log, from "SPEC navigation 3, P0";
         /// Sigma of the gyro biases at the start.
         initial_gyro_bias_sigma (""): number = 3e-3, "rad/s", 1e-7 ..= 0.1 Log, from "SPEC navigation 3, P0";
+        /// Believe the gyro biases that were found while the car stood at the start, as far as the length of that rest allows. Off:
+        /// their sigma at the start is `initial_gyro_bias_sigma` even so, as in the specification.
+        resting_gyro_bias (""): toggle = true, from "ours: without it steady turns in an outage are taken for gyro bias";
         /// Sigma of a satellite position where the receiver states none.
         gnss_position_sigma (""): number = 1.5, "m", 0.01 ..= 20.0 Log, from "SPEC navigation 3";
         /// Sigma of a satellite height where the receiver states none.

@@ -320,8 +320,7 @@ pub(super) mod tests {
     use drivescope_drive::frames::{body_to_nav, skew};
     use nalgebra::SVector;
 
-    const START: LogStart =
-        LogStart { imu_step: 0.01, speed: f64::NAN, origin: None, rear_axle: None, date: None, disk: None };
+    const START: LogStart = LogStart { imu_step: 0.01, ..LogStart::UNKNOWN };
 
     pub(crate) fn tuning() -> Tuning {
         Tuning::new(&LandInsParams::default(), &START)

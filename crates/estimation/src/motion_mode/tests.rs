@@ -9,8 +9,7 @@ use drivescope_drive::signals::{Imu, Mag, Wheels};
 
 const CASES: [&str; 2] = ["c1_u_3acc3gyro", "c3_stopgo_3acc3gyro"];
 
-const START: LogStart =
-    LogStart { imu_step: 0.01, speed: f64::NAN, origin: None, rear_axle: None, date: None, disk: None };
+const START: LogStart = LogStart { imu_step: 0.01, ..LogStart::UNKNOWN };
 
 fn fixed() -> MotionModeParams {
     MotionModeParams { adaptive: false, ..MotionModeParams::default() }

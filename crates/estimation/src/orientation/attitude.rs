@@ -3,6 +3,8 @@
 use drivescope_drive::frames::Euler;
 use nalgebra::{Matrix3, Vector3};
 
+use super::trig::sin_cos;
+
 /// Sines and cosines of an attitude.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rotation {
@@ -13,7 +15,7 @@ pub(super) struct Rotation {
 
 impl Rotation {
     pub(super) fn new(attitude: &Euler) -> Self {
-        Self { roll: attitude.roll.sin_cos(), pitch: attitude.pitch.sin_cos(), yaw: attitude.yaw.sin_cos() }
+        Self { roll: sin_cos(attitude.roll), pitch: sin_cos(attitude.pitch), yaw: sin_cos(attitude.yaw) }
     }
 
     /// Predicted body-frame field `h = C(roll, pitch, yaw) H` and its derivatives by roll, pitch and yaw (columns).

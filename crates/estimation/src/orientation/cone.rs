@@ -4,8 +4,8 @@ use nalgebra::{Vector3, vector};
 
 use super::GRAVITY;
 
-/// Smallest determinant that fixes a direction: the field lies too nearly across the car below it.
-const SMALLEST_DETERMINANT: f64 = 0.15;
+/// The least share of the field that has to lie along the car to fix its pitch.
+pub(super) const LEAST_CONDITION: f64 = 0.15;
 
 /// Body-frame direction of gravity: on the cone that the dip of the reference gives round the measured field, at the
 /// tilt that the lateral accelerometer feels. `None` where the cone only touches that tilt.
@@ -22,7 +22,7 @@ pub(super) fn gravity_on_cone(
     let rho2 = b.x * b.x + b.z * b.z;
     let w = reference.z / reference.norm() - b.y * y;
     let determinant = ((1.0 - y * y) * rho2 - w * w).max(0.0).sqrt();
-    if determinant.is_nan() || determinant < SMALLEST_DETERMINANT {
+    if determinant.is_nan() || determinant < LEAST_CONDITION {
         return None;
     }
     let root = |sign: f64| {

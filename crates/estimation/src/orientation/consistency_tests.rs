@@ -138,7 +138,7 @@ fn run_seed(seed: u64, told: &OrientationParams, p: &OrientationParams, sums: &m
     };
     world.x[4] = 0.5;
     world.x[7] = world.noise.normal(p.gyro_bias_start);
-    let start = LogStart { imu_step: 0.01, speed: f64::NAN, origin: None, rear_axle: None, date: None, disk: None };
+    let start = LogStart { imu_step: 0.01, ..LogStart::UNKNOWN };
     let mut o = Orientation::new(told, &world.v, &start);
     for k in 0..SECONDS * 100 {
         let epoch = world.measure();

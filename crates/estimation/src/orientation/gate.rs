@@ -1,9 +1,13 @@
 //! Whether a magnetic field is the Earth's: a gate with a latch, adaptive noise and re-acquisition.
 //!
 //! Source: SPEC orientation 9. A field of the wrong strength, dip or direction is left out, and for a while after it, so
-//! that a field that swings through the right one is not believed at its zero crossings.
+//! that a field that swings through the right one is not believed at its zero crossings. Beyond it: a field that turns
+//! away slowly takes the attitude with it, each sample fitting well enough; the mean of how they fit shows it.
 
 use super::params::OrientationParams;
+
+/// Time over which the fit of the field's direction is averaged, s.
+const DIRECTION_TIME: f64 = 0.2;
 
 /// What the gate makes of a field.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,8 +64,12 @@ pub(super) struct Gate {
     nis_hard: f64,
     hold: f64,
     recovery: f64,
+    /// Largest mean of the direction's fit, and the inverse of the field's variance, 1/uT^2.
+    direction_hard: f64,
+    over_variance: f64,
     latch: f64,
     rejected: f64,
+    direction: f64,
 }
 
 impl Gate {
@@ -74,8 +82,11 @@ impl Gate {
             nis_hard: p.gate_nis_hard,
             hold: p.gate_hold,
             recovery: p.gate_recovery,
+            direction_hard: p.gate_direction,
+            over_variance: 1.0 / (p.field_sigma * p.field_sigma),
             latch: 0.0,
             rejected: 0.0,
+            direction: 0.0,
         }
     }
 
@@ -83,6 +94,9 @@ impl Gate {
     /// squared.
     pub(super) fn judge(&mut self, norm_error: f64, dip_error: f64, nis: f64, dt: f64) -> Decision {
         let strength = norm_error.abs();
+        // No attitude changes the strength: what it adds to the innovation says nothing of the direction.
+        let fit = (nis - strength * strength * self.over_variance).max(0.0).min(self.nis_hard);
+        self.direction += dt / (DIRECTION_TIME + dt) * (fit - self.direction);
         let reason = self.reason(strength, dip_error.abs(), nis);
         if reason.is_some() {
             self.latch = self.hold;
@@ -103,6 +117,11 @@ impl Gate {
         Decision::Use((ratio * ratio).max(nis / self.nis_soft).max(1.0))
     }
 
+    /// Whether the last field was not left out.
+    pub(super) fn is_open(&self) -> bool {
+        self.latch <= 0.0
+    }
+
     /// The normalized innovation squared up to which a field is used.
     pub(super) fn largest_nis(&self) -> f64 {
         self.nis_hard
@@ -116,7 +135,7 @@ impl Gate {
             return Some(Reason::Dip);
         }
         // A NaN does not pass.
-        let fits = nis <= self.nis_hard;
+        let fits = nis <= self.nis_hard && self.direction <= self.direction_hard;
         (!fits).then_some(Reason::Innovation)
     }
 }
@@ -155,6 +174,17 @@ mod tests {
         // 25 s of samples at 100 Hz, within the rounding of their sum.
         assert!(matches!(first, Some(2499..=2501)), "{first:?}");
         assert!((0..9000).all(|_| matches!(strong.judge(2.0, 0.3, 80.0, 0.01), Decision::Leave(_))));
+    }
+
+    #[test]
+    fn a_field_that_takes_the_attitude_with_it_is_left_out_and_one_of_wrong_strength_alone_is_not() {
+        // Innovations of 20 pass one by one; six times the normal mean of 2 is passed after 0.2 s * ln(20 / 14) = 7 samples.
+        let (mut turning, mut weak) = (gate(), gate());
+        let used = (0..100).take_while(|_| matches!(turning.judge(0.1, 0.0, 20.0, 0.01), Decision::Use(_))).count();
+        assert!((5..=9).contains(&used), "{used}");
+        assert_eq!(turning.judge(0.1, 0.0, 20.0, 0.01), Decision::Leave(Reason::Innovation));
+        // 2.4 uT of strength alone make 16.
+        assert!((0..100).all(|_| matches!(weak.judge(2.4, 0.0, 17.0, 0.01), Decision::Use(_))));
     }
 
     #[test]

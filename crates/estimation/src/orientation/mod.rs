@@ -18,6 +18,7 @@ mod detector;
 mod ekf;
 mod estimate;
 mod gate;
+mod hindsight;
 mod model;
 mod params;
 mod reference_field;
@@ -28,6 +29,8 @@ mod sanitize;
 #[cfg(test)]
 mod tests;
 mod triad;
+mod trig;
+mod whitened;
 
 use drivescope_drive::drive::{Epoch, LogStart, Signal};
 use drivescope_drive::frames::{Euler, wrap_angle};
@@ -35,7 +38,7 @@ use drivescope_drive::vehicle::VehicleParams;
 use nalgebra::{Vector3, Vector5, vector};
 
 use self::attitude::down_in_body;
-use self::cone::gravity_on_cone;
+use self::cone::{LEAST_CONDITION, gravity_on_cone};
 use self::detector::{Derivative, StaticDetector};
 use self::ekf::{GyroFilter, Noise, SprungFilter, midpoint};
 use self::gate::Decision;
@@ -227,8 +230,7 @@ impl Orientation {
         let accel_y = inertial.accel_y;
         if matches!(self.params.variant, Variant::Road | Variant::Robust | Variant::RobustAx) {
             let gravity = accel_y - self.sanitizer.speed() * inertial.yaw_rate;
-            let down = gravity_on_cone(field, gravity, &self.reference.field, self.last.pitch);
-            let attitude = down.or_else(|| pseudo_gravity(gravity)).and_then(|d| self.triad.attitude(field, &d));
+            let attitude = self.start_attitude(field, gravity);
             let filter = RoadFilter::new(&self.road, &attitude.unwrap_or(self.last), accel_y);
             self.filter = Some(Filter::Road(Box::new(filter)));
             return;
@@ -240,6 +242,19 @@ impl Orientation {
             Variant::EkfNoModel => Filter::Gyro(GyroFilter::new(&attitude, self.noise)),
             _ => Filter::Sprung(SprungFilter::new(&attitude, self.noise)),
         });
+    }
+
+    /// From the cone; on the level where there is none, and where the field lies across the car: there noise alone makes
+    /// the cone's pitch.
+    fn start_attitude(&self, field: &Vector3<f64>, gravity: f64) -> Option<Euler> {
+        let h = &self.reference.field;
+        let level = pseudo_gravity(gravity).and_then(|down| self.triad.attitude(field, &down));
+        let ahead = level.map_or(f64::MAX, |a| (a.yaw.cos() * h.x + a.yaw.sin() * h.y).abs());
+        if ahead < LEAST_CONDITION * self.reference.strength {
+            return level;
+        }
+        let down = gravity_on_cone(field, gravity, h, self.last.pitch);
+        down.and_then(|down| self.triad.attitude(field, &down)).or(level)
     }
 
     fn static_attitude(&self, field: &Vector3<f64>, accel_y: f64) -> Option<Euler> {

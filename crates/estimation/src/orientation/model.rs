@@ -8,6 +8,7 @@ use drivescope_drive::vehicle::VehicleParams;
 use nalgebra::{Matrix3, Matrix5, Vector3, Vector5, matrix, vector};
 
 use super::GRAVITY;
+use super::trig::sin_cos;
 
 pub(super) const ROLL: usize = 0;
 pub(super) const PITCH: usize = 2;
@@ -88,8 +89,8 @@ impl Suspension {
 
 /// `dx/dt` of roll, roll rate, pitch, pitch rate and yaw. (11)
 pub(super) fn sprung_rates(x: &Vector5<f64>, u: &Input, s: &Suspension, rates: Rates) -> Vector5<f64> {
-    let (sr, cr) = x[ROLL].sin_cos();
-    let (sp, cp) = x[PITCH].sin_cos();
+    let (sr, cr) = sin_cos(x[ROLL]);
+    let (sp, cp) = sin_cos(x[PITCH]);
     let (p, q, r) = (x[1], x[3], u.yaw_rate);
     let (by_roll, by_pitch, by_yaw) = match rates {
         Rates::Euler => ((q * sr + r * cr) * sp / cp, q * cr - r * sr, (q * sr + r * cr) / cp),
@@ -100,8 +101,8 @@ pub(super) fn sprung_rates(x: &Vector5<f64>, u: &Input, s: &Suspension, rates: R
 
 /// Jacobian of [`sprung_rates`] with respect to the state.
 pub(super) fn sprung_jacobian(x: &Vector5<f64>, u: &Input, s: &Suspension, rates: Rates) -> Matrix5<f64> {
-    let (sr, cr) = x[ROLL].sin_cos();
-    let (sp, cp) = x[PITCH].sin_cos();
+    let (sr, cr) = sin_cos(x[ROLL]);
+    let (sp, cp) = sin_cos(x[PITCH]);
     let (q, r) = (x[3], u.yaw_rate);
     let gravity = if matches!(u.pitch, PitchDrive::Derived(_)) { s.pitch_lever * GRAVITY * cp } else { 0.0 };
     let pitch_spring = gravity - s.pitch_stiffness;
@@ -127,8 +128,8 @@ pub(super) fn sprung_jacobian(x: &Vector5<f64>, u: &Input, s: &Suspension, rates
 
 /// `dx/dt` of roll, pitch and yaw from the yaw gyro alone. (3)
 pub(super) fn gyro_rates(x: &Vector3<f64>, yaw_rate: f64, rates: Rates) -> Vector3<f64> {
-    let (sr, cr) = x[0].sin_cos();
-    let (sp, cp) = x[1].sin_cos();
+    let (sr, cr) = sin_cos(x[0]);
+    let (sp, cp) = sin_cos(x[1]);
     match rates {
         Rates::Euler => vector![cr * sp / cp, -sr, cr / cp] * yaw_rate,
         Rates::Printed => vector![cr * sp, -sr, cr * cp] * yaw_rate,
@@ -137,8 +138,8 @@ pub(super) fn gyro_rates(x: &Vector3<f64>, yaw_rate: f64, rates: Rates) -> Vecto
 
 /// Jacobian of [`gyro_rates`] with respect to the angles.
 pub(super) fn gyro_jacobian(x: &Vector3<f64>, yaw_rate: f64, rates: Rates) -> Matrix3<f64> {
-    let (sr, cr) = x[0].sin_cos();
-    let (sp, cp) = x[1].sin_cos();
+    let (sr, cr) = sin_cos(x[0]);
+    let (sp, cp) = sin_cos(x[1]);
     let unit = match rates {
         Rates::Euler => matrix![
             -sr * sp / cp, cr / (cp * cp),      0.0;
@@ -152,8 +153,8 @@ pub(super) fn gyro_jacobian(x: &Vector3<f64>, yaw_rate: f64, rates: Rates) -> Ma
 
 /// `dx/dt` of the open-loop model: roll and pitch against the road are the springs' alone, yaw is the gyro's.
 pub(super) fn open_loop_rates(x: &Vector5<f64>, u: &Input, s: &Suspension) -> Vector5<f64> {
-    let (sr, cr) = x[ROLL].sin_cos();
-    let (sp, cp) = x[PITCH].sin_cos();
+    let (sr, cr) = sin_cos(x[ROLL]);
+    let (sp, cp) = sin_cos(x[PITCH]);
     vector![
         x[1],
         s.roll_acceleration(x[ROLL], x[1], u),

@@ -129,6 +129,10 @@ params! {
         gate_nis_soft ("nis_soft"): number = 11.34, "1", 1.0 ..= 200.0 Log, from "SPEC orientation 4 (99 % of chi-square with 3 degrees of freedom)";
         /// Normalized innovation squared above which a field is left out.
         gate_nis_hard ("nis_hard"): number = 40.0, "1", 3.0 ..= 1000.0 Log, from "SPEC orientation 4";
+        /// Mean over 0.2 s of how badly the field's direction fits (normalized innovation squared less the strength's part, 2 is normal) above which it is left out.
+        gate_direction ("nis_dir"): number = 6.0, "1", 2.0 ..= 1000.0 Log, from "ours: three times what is normal";
+        /// How far back fields are not believed in hindsight when the gate shuts; 0 believes them.
+        gate_hindsight ("back"): number = 0.5, "s", 0.0 ..= 5.0 Linear, from "ours: a girder's field grows for half a second";
         /// How long fields are left out after a strange one.
         gate_hold ("hold"): number = 0.6, "s", 0.0 ..= 5.0 Linear, from "SPEC orientation 4";
         /// After how long a field that is strange, but of the right strength, is believed again.

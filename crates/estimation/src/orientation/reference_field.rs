@@ -55,7 +55,7 @@ mod tests {
     const BOSTON: Geodetic = Geodetic { lat: 0.738_92, lon: -1.240_75, alt: 8.0 };
 
     fn start(origin: Option<Geodetic>, date: Option<f64>) -> LogStart {
-        LogStart { imu_step: 0.01, speed: f64::NAN, origin, rear_axle: None, date, disk: None }
+        LogStart { imu_step: 0.01, origin, date, ..LogStart::UNKNOWN }
     }
 
     fn field(params: &OrientationParams, start: &LogStart) -> (Vector3<f64>, Vec<&'static str>) {

@@ -11,20 +11,23 @@
 
 use drivescope_drive::frames::{Euler, wrap_angle};
 use drivescope_drive::vehicle::VehicleParams;
-use nalgebra::{Matrix3, Vector3, vector};
+use nalgebra::{Vector3, vector};
 
 use super::GRAVITY;
 use super::attitude::Rotation;
 use super::detector::Derivative;
 use super::estimate::OrientationEstimate;
 use super::gate::{Decision, Gate};
+use super::hindsight::{Hindsight, Kept};
 use super::model::Input;
 use super::params::{OrientationParams, Variant};
 use super::road_model::{
-    BANK, Covariance, GRADE, GYRO_BIAS, LEAN, MISMATCH, Point, RoadModel, SQUAT, State, Transition, YAW, jacobian,
-    rates,
+    BANK, Covariance, GRADE, GYRO_BIAS, LEAN, MISMATCH, Point, RoadModel, SQUAT, STATES, State, Transition, YAW,
+    jacobian, rates,
 };
 use super::sample::Sample;
+use super::trig::sin_cos;
+use super::whitened::Whitened;
 
 /// Time constant of both poles of the yaw acceleration, s.
 const YAW_ACCELERATION_TIME: f64 = 0.05;
@@ -51,6 +54,7 @@ pub(super) struct RoadSetup {
     rear_arm: f64,
     rear_slip: f64,
     gate: Option<Gate>,
+    hindsight: f64,
     uses_forward: bool,
 }
 
@@ -72,6 +76,7 @@ impl RoadSetup {
             rear_arm: vehicle.cg_to_rear,
             rear_slip: p.rear_slip_stiffness * GRAVITY,
             gate: (p.variant != Variant::Road).then(|| Gate::new(p)),
+            hindsight: p.gate_hindsight,
             uses_forward: p.variant == Variant::RobustAx,
         }
     }
@@ -104,6 +109,7 @@ pub(super) struct RoadFilter {
     pub(super) x: State,
     pub(super) p: Covariance,
     gate: Option<Gate>,
+    hindsight: Hindsight,
     yaw_acceleration: Derivative,
     /// Forward force without gravity behind the two poles of the speed's derivative.
     forward: [Option<f64>; 2],
@@ -123,6 +129,7 @@ impl RoadFilter {
             x,
             p: Covariance::from_diagonal(&setup.start),
             gate: setup.gate,
+            hindsight: Hindsight::new(setup.hindsight),
             yaw_acceleration: Derivative::new(YAW_ACCELERATION_TIME),
             forward: [None; 2],
             age: 0.0,
@@ -132,22 +139,45 @@ impl RoadFilter {
 
     /// Carry the filter over one sample; `None` if it broke.
     pub(super) fn step(&mut self, s: &Sample, reference: &Reference) -> Option<RoadFindings> {
+        if self.gate.as_ref().is_some_and(Gate::is_open) {
+            let Self { x, p, yaw_acceleration, forward, age, .. } = *self;
+            self.hindsight.note(s, || Kept { x, p, yaw_acceleration, forward, age });
+        }
         self.predict(&s.input, s.dt);
         let mut findings = RoadFindings { dip_error: f64::NAN, nis: f64::NAN, decision: None, lateral_nis: f64::NAN };
         if let Some(field) = &s.field {
             self.fold_in_field(field, reference, &mut findings)?;
         }
+        findings.lateral_nis = self.fold_in_forces(s)?;
+        self.x[YAW] = wrap_angle(self.x[YAW]);
+        (0..STATES).all(|i| self.p[(i, i)] >= 0.0).then_some(findings)
+    }
+
+    /// Lateral and forward force. Returns the former's normalized innovation squared, NaN where it was not used.
+    fn fold_in_forces(&mut self, s: &Sample) -> Option<f64> {
         let turning = self.yaw_acceleration.step(s.input.yaw_rate, s.dt);
-        if s.is_fresh {
-            findings.lateral_nis = self.fold_in_lateral(s, turning)?;
-        }
+        let nis = if s.is_fresh { self.fold_in_lateral(s, turning)? } else { f64::NAN };
         if self.setup.uses_forward
             && let Some(force) = s.accel_x
         {
             self.fold_in_forward(force, s)?;
         }
-        self.x[YAW] = wrap_angle(self.x[YAW]);
-        self.p.diagonal().iter().all(|v| *v >= 0.0).then_some(findings)
+        Some(nis)
+    }
+
+    /// Take back what the fields before the gate shut have done, up to the prediction to now.
+    #[cold]
+    fn look_back(&mut self) -> Option<()> {
+        let Some((before, samples)) = self.hindsight.take() else { return Some(()) };
+        (self.x, self.p, self.yaw_acceleration) = (before.x, before.p, before.yaw_acceleration);
+        (self.forward, self.age) = (before.forward, before.age);
+        let (now, passed) = samples.split_last()?;
+        for s in passed {
+            self.predict(&s.input, s.dt);
+            self.fold_in_forces(s)?;
+        }
+        self.predict(&now.input, now.dt);
+        Some(())
     }
 
     fn predict(&mut self, u: &Input, dt: f64) {
@@ -163,8 +193,9 @@ impl RoadFilter {
 
     /// Columns of `P` summed to what roll, pitch and yaw share with every state.
     fn by_angle(&self) -> [State; 3] {
-        let p = &self.p;
-        [p.column(LEAN) + p.column(BANK), p.column(SQUAT) + p.column(GRADE), p.column(YAW).into_owned()]
+        let p = &self.p.data.0;
+        let sum = |a: usize, b: usize| State::from_fn(|i, _| p[a][i] + p[b][i]);
+        [sum(LEAN, BANK), sum(SQUAT, GRADE), State::from(p[YAW])]
     }
 
     fn fold_in_field(&mut self, field: &Vector3<f64>, h: &Reference, out: &mut RoadFindings) -> Option<()> {
@@ -186,7 +217,7 @@ impl RoadFilter {
         }
         self.field_age = 0.0;
         match decision {
-            Decision::Leave(_) => return Some(()),
+            Decision::Leave(_) => return self.look_back(),
             Decision::Use(scale) if scale > 1.0 => {
                 whitened = Whitened::new(&shared, &by_angle, nominal * scale, &innovation)?;
             }
@@ -211,11 +242,10 @@ impl RoadFilter {
     fn correct<const M: usize>(&mut self, gains: &[State; M], innovations: &[f64; M]) {
         for (w, z) in gains.iter().zip(innovations) {
             self.x += w * *z;
-            for c in 0..w.len() {
-                let share = w[c];
-                for r in 0..w.len() {
-                    self.p[(r, c)] -= w[r] * share;
-                }
+        }
+        for (c, column) in self.p.data.0.iter_mut().enumerate() {
+            for (r, value) in column.iter_mut().enumerate() {
+                *value -= gains.iter().map(|w| w[r] * w[c]).sum::<f64>();
             }
         }
     }
@@ -235,7 +265,7 @@ impl RoadFilter {
     /// Lateral force: turn, change of turn through the slip of the rear axle, mismatch, gravity.
     fn fold_in_lateral(&mut self, s: &Sample, turning: f64) -> Option<f64> {
         let Euler { roll, pitch, .. } = self.angles();
-        let ((sin_roll, cos_roll), (sin_pitch, cos_pitch)) = (roll.sin_cos(), pitch.sin_cos());
+        let ((sin_roll, cos_roll), (sin_pitch, cos_pitch)) = (sin_cos(roll), sin_cos(pitch));
         let slip = self.setup.rear_arm - s.speed * s.speed / self.setup.rear_slip;
         let felt = s.speed * (s.input.yaw_rate - self.x[GYRO_BIAS]) + slip * turning + self.x[MISMATCH]
             - GRAVITY * sin_roll * cos_pitch;
@@ -251,7 +281,7 @@ impl RoadFilter {
 
     /// Forward force less gravity along the car against the change of speed, both behind the same two poles.
     fn fold_in_forward(&mut self, force: f64, s: &Sample) -> Option<()> {
-        let (sin, cos) = (self.x[SQUAT] + self.x[GRADE]).sin_cos();
+        let (sin, cos) = sin_cos(self.x[SQUAT] + self.x[GRADE]);
         let input = force - GRAVITY * sin;
         let gain = Derivative::speed_gain(s.dt);
         let first = self.forward[0].map_or(input, |f| f + gain * (input - f));
@@ -279,13 +309,13 @@ impl RoadFilter {
 
     /// 1-sigma of roll, pitch and yaw, rad.
     pub(super) fn sigma(&self) -> [f64; 3] {
-        let sum = |a: usize, b: usize| (self.p[(a, a)] + self.p[(b, b)] + 2.0 * self.p[(a, b)]).max(0.0).sqrt();
+        let sum = |a: usize, b: usize| root(self.p[(a, a)] + self.p[(b, b)] + 2.0 * self.p[(a, b)]);
         [sum(LEAN, BANK), sum(SQUAT, GRADE), self.p[(YAW, YAW)].sqrt()]
     }
 
     /// Put suspension, road and bias into an estimate.
     pub(super) fn fill(&self, out: &mut OrientationEstimate) {
-        let sigma = |i: usize| self.p[(i, i)].max(0.0).sqrt();
+        let sigma = |i: usize| root(self.p[(i, i)]);
         (out.suspension_roll, out.suspension_roll_sigma) = (self.x[LEAN], sigma(LEAN));
         (out.suspension_pitch, out.suspension_pitch_sigma) = (self.x[SQUAT], sigma(SQUAT));
         (out.road_bank, out.road_bank_sigma) = (self.x[BANK], sigma(BANK));
@@ -294,55 +324,9 @@ impl RoadFilter {
     }
 }
 
-/// An innovation of three axes made into three independent ones of unit variance, by `S = L L'`.
-#[derive(Clone, Copy, Debug)]
-struct Whitened {
-    /// Rows of the lower triangle of `L`.
-    factor: [f64; 6],
-    innovation: [f64; 3],
-    nis: f64,
-}
-
-impl Whitened {
-    /// `S = J A J' + r`, `A` the covariance of roll, pitch and yaw; `None` if that cannot be factored.
-    fn new(shared: &[State; 3], j: &Matrix3<f64>, r: f64, y: &Vector3<f64>) -> Option<Self> {
-        let [roll, pitch, yaw] = shared;
-        let (rp, ry, py) = (roll[SQUAT] + roll[GRADE], roll[YAW], pitch[YAW]);
-        let angles = Matrix3::new(
-            roll[LEAN] + roll[BANK],
-            rp,
-            ry, //
-            rp,
-            pitch[SQUAT] + pitch[GRADE],
-            py, //
-            ry,
-            py,
-            yaw[YAW],
-        );
-        let s = j * angles * j.transpose();
-        let a = (s.m11 + r).sqrt();
-        let (b, c) = (s.m21 / a, s.m31 / a);
-        let d = (s.m22 + r - b * b).sqrt();
-        let e = (s.m32 - b * c) / d;
-        let f = (s.m33 + r - c * c - e * e).sqrt();
-        let z0 = y.x / a;
-        let z1 = (y.y - b * z0) / d;
-        let z2 = (y.z - c * z0 - e * z1) / f;
-        let nis = z0 * z0 + z1 * z1 + z2 * z2;
-        // A root of a negative number or a division by zero ends here.
-        nis.is_finite().then_some(Self { factor: [a, b, c, d, e, f], innovation: [z0, z1, z2], nis })
-    }
-
-    /// `W = P J' L'^-1`, column by column.
-    fn gains(&self, shared: &[State; 3], j: &Matrix3<f64>) -> [State; 3] {
-        let [a, b, c, d, e, f] = self.factor;
-        let [roll, pitch, yaw] = shared;
-        let axis = |i: usize| roll * j[(i, 0)] + pitch * j[(i, 1)] + yaw * j[(i, 2)];
-        let w0 = axis(0) / a;
-        let w1 = (axis(1) - w0 * b) / d;
-        let w2 = (axis(2) - w0 * c - w1 * e) / f;
-        [w0, w1, w2]
-    }
+/// Square root, 0 of what rounding made negative.
+fn root(variance: f64) -> f64 {
+    if variance > 0.0 { variance.sqrt() } else { 0.0 }
 }
 
 #[cfg(test)]

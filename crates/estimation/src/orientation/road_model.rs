@@ -9,6 +9,7 @@ use nalgebra::{SMatrix, SVector};
 use super::GRAVITY;
 use super::model::{Input, PitchDrive, Suspension};
 use super::params::OrientationParams;
+use super::trig::sin_cos;
 
 pub(super) const STATES: usize = 9;
 /// Roll of the body against the road, rad; its rate follows.
@@ -59,12 +60,13 @@ pub(super) struct Point {
 
 impl Point {
     pub(super) fn new(x: &State, u: &Input, m: &RoadModel) -> Self {
-        let (sin_roll, cos_roll) = (x[LEAN] + x[BANK]).sin_cos();
-        let (sin_pitch, cos_pitch) = (x[SQUAT] + x[GRADE]).sin_cos();
-        let (sin_bank, cos_bank) = x[BANK].sin_cos();
+        let (sin_roll, cos_roll) = sin_cos(x[LEAN] + x[BANK]);
+        let (sin_pitch, cos_pitch) = sin_cos(x[SQUAT] + x[GRADE]);
+        let (sin_bank, cos_bank) = sin_cos(x[BANK]);
+        let (sin_grade, cos_grade) = sin_cos(x[GRADE]);
         let turn = u.yaw_rate - x[GYRO_BIAS];
         let pitching = x[SQUAT + 1] - m.turn_share * turn * sin_bank;
-        let tan_grade = x[GRADE].tan();
+        let tan_grade = sin_grade / cos_grade;
         Self { sin_roll, cos_roll, sin_pitch, cos_pitch, sin_bank, cos_bank, tan_grade, turn, pitching }
     }
 }
@@ -200,7 +202,7 @@ impl Transition {
         }
         t.set_column(MISMATCH, &(p.column(MISMATCH) * self.mismatch));
         for c in 0..STATES {
-            let column: [f64; STATES] = std::array::from_fn(|k| t[(k, c)]);
+            let column = t.data.0[c];
             for r in 0..=c {
                 let value = self.row_times(r, &column);
                 p[(r, c)] = value;
@@ -241,8 +243,9 @@ impl Transition {
 fn combined<const K: usize>(p: &Covariance, columns: [usize; K], weights: &[f64; K]) -> State {
     let mut sum = State::zeros();
     for (&column, &weight) in columns.iter().zip(weights) {
+        let column = &p.data.0[column];
         for row in 0..STATES {
-            sum[row] += weight * p[(row, column)];
+            sum[row] += weight * column[row];
         }
     }
     sum

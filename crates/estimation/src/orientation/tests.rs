@@ -216,7 +216,7 @@ fn level(time: f64, yaw: f64, speed: f64) -> Epoch<'static> {
 }
 
 fn fresh(variant: Variant) -> Orientation {
-    let start = LogStart { imu_step: 0.01, speed: f64::NAN, origin: None, rear_axle: None, date: None, disk: None };
+    let start = LogStart { imu_step: 0.01, ..LogStart::UNKNOWN };
     Orientation::new(&with(variant), &VehicleParams::default(), &start)
 }
 
@@ -272,6 +272,45 @@ fn a_filter_that_started_in_a_disturbed_field_finds_its_way_back() {
         assert_eq!(out[10].gate, 2.0);
         assert!(out[10].field_nis.is_nan() && out[10].gate_reason > 0.0, "a field left out is no innovation");
     }
+}
+
+/// Worst roll and pitch after a field that turns about the car by up to `turn` in a second and then gets too strong.
+fn led_astray(hindsight: f64) -> f64 {
+    let params = OrientationParams { gate_hindsight: hindsight, ..with(Variant::Robust) };
+    let start = LogStart { imu_step: 0.01, ..LogStart::UNKNOWN };
+    let mut o = Orientation::new(&params, &VehicleParams::default(), &start);
+    let mut worst = 0.0f64;
+    for k in 0..1000 {
+        let mut e = level(k as f64 * 0.01, 0.5, 20.0);
+        let grown = (k as f64 * 0.01 - 8.0).max(0.0);
+        if let Some(m) = &mut e.mag {
+            m.mag_z -= 25.0 * grown;
+            m.mag_x += 25.0 * grown;
+        }
+        let out = o.step(&e).unwrap().unwrap();
+        if out.gate == 2.0 {
+            worst = worst.max(out.roll.abs()).max(out.pitch.abs());
+        }
+    }
+    worst.to_degrees()
+}
+
+#[test]
+fn when_the_gate_shuts_the_fields_of_the_last_moments_are_taken_back() {
+    let (kept, taken_back) = (led_astray(0.0), led_astray(0.5));
+    assert!(kept > 3.0 && taken_back < 0.5 * kept, "{kept} deg, {taken_back} deg");
+}
+
+#[test]
+fn a_start_with_the_field_across_the_car_is_level() {
+    // Noise of 0.05 m/s^2 in one sample is worth 6 deg of the cone's pitch there.
+    let mut o = fresh(Variant::Robust);
+    let mut e = level(0.0, 1.55, 20.0);
+    if let Some(imu) = &mut e.imu {
+        imu.accel_y = 0.1;
+    }
+    let out = o.step(&e).unwrap().unwrap();
+    assert!(out.pitch.abs() < 0.02, "{}", out.pitch.to_degrees());
 }
 
 #[test]

@@ -20,8 +20,8 @@ const LONGEST_BRIDGE: usize = 200;
 /// Places of a pass, horizontal, m north and east of an origin, at its points; `None` where there were no fixes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Path {
-    frame: Option<LocalFrame>,
-    places: Vec<Option<Vector2<f64>>>,
+    pub(super) frame: Option<LocalFrame>,
+    pub(super) places: Vec<Option<Vector2<f64>>>,
 }
 
 /// Distances and horizontal places of the fixes, in order.
@@ -144,12 +144,19 @@ impl Path {
             })
             .collect();
         let smooth = bridged(&averaged(&raw));
-        smooth.iter().zip(theirs).map(|(difference, distance)| distance + difference).collect()
+        let at = |index: usize| theirs[index] + smooth[index];
+        // What is carried over an outage must not be carried along another road.
+        let is_elsewhere = |index: usize| {
+            let there = own.partition_point(|d| *d < at(index));
+            let place = places.get(there).copied().flatten();
+            raw[index].is_nan() && first.places[index].zip(place).is_some_and(|(a, b)| (a - b).norm() > FARTHEST)
+        };
+        (0..theirs.len()).map(|index| if is_elsewhere(index) { f64::NAN } else { at(index) }).collect()
     }
 }
 
 /// Direction of travel at a point; zero where there is no neighbour.
-fn heading(places: &[Option<Vector2<f64>>], index: usize) -> Vector2<f64> {
+pub(super) fn heading(places: &[Option<Vector2<f64>>], index: usize) -> Vector2<f64> {
     let at = |k: usize| places.get(k).copied().flatten();
     let here = at(index);
     let (before, after) = (at(index.wrapping_sub(1)).or(here), at(index + 1).or(here));

@@ -139,3 +139,59 @@ fn a_profile_is_written_as_a_table_and_as_a_map() {
     let nowhere = RoadProfile::of_pass(&rows, &Drive::default(), 5.0).unwrap();
     assert_eq!(write_geojson(&nowhere, &mut Vec::new()).unwrap_err().kind(), std::io::ErrorKind::InvalidInput);
 }
+
+/// A pass along `places` at 10 m/s, a fix each second, in a drive that says so.
+fn along(places: impl Fn(f64) -> (f64, f64), length: f64) -> RoadProfile {
+    let frame = LocalFrame::new(ORIGIN);
+    let (mut rows, mut drive) = (Channel::default(), Drive::default());
+    for k in 0..(length / 10.0 / 0.05) as usize {
+        let (t, along) = (k as f64 * 0.05, k as f64 * 0.5);
+        let row = Row { speed: 10.0, grade: 0.01, grade_sigma: 0.004, altitude: 100.0, altitude_sigma: 0.3 };
+        rows.push(t, row).unwrap();
+        if k % 20 == 0 {
+            let (north, east) = places(along);
+            let place = frame.to_geodetic(&Vector3::new(north, east, 0.0));
+            drive.gnss.push(t, Gnss { lat: place.lat, lon: place.lon, ..Gnss::default() }).unwrap();
+        }
+    }
+    RoadProfile::of_pass(&rows.into_series(), &drive, 5.0).unwrap()
+}
+
+#[test]
+fn a_circuit_driven_three_times_is_three_passes_and_a_road_there_and_back_is_one() {
+    // 300 m straight to a circle of 100 m radius, three times round.
+    let circuit = along(
+        |s| {
+            let angle = (s - 300.0).max(0.0) / 100.0;
+            (100.0 * angle.sin() + s.min(300.0) - 300.0, 100.0 * (1.0 - angle.cos()))
+        },
+        300.0 + 3.0 * 628.3 - 80.0,
+    );
+    let laps = circuit.laps();
+    let lengths: Vec<usize> = laps.iter().map(|l| l.points.len()).collect();
+    // A lap has 628 m, 126 points, and the first one the way to it as well. A cut comes early by as much as the bend is within
+    // 12 m of the way it came on: sqrt(2 x 100 m x 12 m), ten points.
+    assert_eq!(laps.len(), 3, "{lengths:?}");
+    assert!((174..=187).contains(&lengths[0]) && (123..=127).contains(&lengths[1]), "{lengths:?}");
+    assert_eq!(lengths.iter().sum::<usize>(), circuit.points.len());
+    let (merged, common) = RoadProfile::of_laps(&laps, &[along(|s| (0.0, 5000.0 + s), 500.0)]).unwrap();
+    assert_eq!((merged.points.len(), merged.passes, common), (circuit.points.len(), 3, vec![false]));
+    let passes = [20, 120, 250, 370].map(|index| merged.points.at(index).1.passes);
+    assert_eq!(passes, [1.0, 3.0, 3.0, 3.0], "the way to it was driven once");
+    // Three values with 0.004 each, all the same.
+    assert!((merged.points.at(250).1.grade_sigma - 0.004 / 3f64.sqrt()).abs() < 1e-9);
+    assert!((merged.length() - circuit.length()).abs() < 1e-9);
+    let back = along(|s| (if s < 800.0 { s } else { 1600.0 - s }, if s < 800.0 { 0.0 } else { 4.0 }), 1600.0);
+    assert_eq!(back.laps().len(), 1, "the other direction has the other grade");
+    let (rows, _) = pass(14.0, 0.0, 1.0, 0.0, false);
+    assert_eq!(RoadProfile::of_pass(&rows, &Drive::default(), 5.0).unwrap().laps().len(), 1, "no places, no laps");
+}
+
+#[test]
+fn a_pass_that_turns_off_is_not_merged_along_the_road_it_left() {
+    let straight = along(|s| (s, 0.0), 2000.0);
+    let turned = along(|s| (s.min(1000.0), (s - 1000.0).max(0.0)), 2000.0);
+    let merged = RoadProfile::merged(&[straight, turned]).unwrap();
+    let passes = |distance: f64| merged.points.at((distance / 5.0) as usize).1.passes;
+    assert_eq!((passes(500.0), passes(1100.0), passes(1800.0)), (2.0, 1.0, 1.0));
+}

@@ -42,11 +42,11 @@ fn coordinates(point: &RoadPoint, out: &mut impl Write) -> io::Result<()> {
 /// cent, altitudes in the datum of the first pass, m). Points without a place are left out.
 ///
 /// # Errors
-/// [`ProfileError::NoPlaces`] inside an [`io::Error`] of kind `InvalidInput`, and those of the writer.
+/// The sentence of [`ProfileError::NoPlaces`] inside an [`io::Error`] of kind `InvalidInput`, and those of the writer.
 pub fn write_geojson(profile: &RoadProfile, out: &mut impl Write) -> io::Result<()> {
     let placed: Vec<(f64, RoadPoint)> = profile.points.iter().filter(|(_, p)| is_placed(p)).collect();
     if placed.len() < 2 {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, ProfileError::NoPlaces));
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, ProfileError::NoPlaces.to_string()));
     }
     writeln!(out, "{{\"type\":\"FeatureCollection\",\"features\":[")?;
     write!(out, "{{\"type\":\"Feature\",\"properties\":{{\"passes\":{}}},", profile.passes)?;

@@ -1,6 +1,7 @@
 //! Labels of the motion mode over time, painted by hand or read from a log, and decisions against them.
 //!
 //! A label holds from its instant to the next one. Labels need no clock in common with what is compared with them.
+//! As a file they are JSON (`[{"time": 0.0, "mode": 0}, ..]`) or CSV (`t,truth_mode`, an empty cell where nothing is said).
 
 use drivescope_drive::channel::Series;
 use serde::{Deserialize, Serialize};
@@ -19,6 +20,16 @@ pub struct Label {
 /// Labels in time order.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Labels(Vec<Label>);
+
+/// A text that holds no labels.
+#[derive(Clone, Debug, thiserror::Error, PartialEq, Eq)]
+#[error("row {row}: {what}")]
+pub struct LabelError {
+    /// Which row of the CSV (the heading is 1), or which label of the JSON (from 1).
+    pub row: usize,
+    /// What was expected and what was found.
+    pub what: String,
+}
 
 fn code(value: f64) -> Option<u8> {
     (0..3u8).find(|&m| value == f64::from(m))
@@ -40,6 +51,58 @@ impl Labels {
     /// Labels from a column of a series; `None` where it has no such column.
     pub fn from_series(series: &Series, column: &str) -> Option<Self> {
         Some(Self::from_rows(series.time(), series.column(column)?))
+    }
+
+    /// Labels of a JSON or CSV text, with times in increasing order.
+    ///
+    /// # Errors
+    /// [`LabelError`] with the row that is no label.
+    pub fn from_text(text: &str) -> Result<Self, LabelError> {
+        let error = |row: usize, what: String| LabelError { row, what };
+        let text = text.trim_start_matches('\u{feff}').trim();
+        let is_json = text.starts_with('[');
+        let rows: Vec<Label> = if is_json {
+            serde_json::from_str(text).map_err(|e| error(1, e.to_string()))?
+        } else {
+            let mut lines = text.lines();
+            let heading = lines.next().unwrap_or_default().trim();
+            if heading != HEADING {
+                return Err(error(1, ["expected the heading `", HEADING, "`, found `", heading, "`"].concat()));
+            }
+            let cells = lines.enumerate().filter(|(_, line)| !line.trim().is_empty());
+            cells.map(|(i, line)| row(line).ok_or_else(|| error(i + 2, refusal(line)))).collect::<Result<_, _>>()?
+        };
+        let mut labels = Self::default();
+        let mut last = f64::NEG_INFINITY;
+        for (i, label) in rows.iter().enumerate() {
+            let place = i + if is_json { 1 } else { 2 };
+            if !(label.time > last && label.time.is_finite()) {
+                return Err(error(place, "its time is not later than the one before".into()));
+            }
+            if label.mode.is_some_and(|m| m > 2) {
+                return Err(error(place, "modes are 0 stationary, 1 straight, 2 cornering".into()));
+            }
+            last = label.time;
+            if labels.0.last().map_or(label.mode.is_some(), |l| l.mode != label.mode) {
+                labels.0.push(*label);
+            }
+        }
+        Ok(labels)
+    }
+
+    /// The labels as CSV, a row a label.
+    pub fn to_csv(&self) -> String {
+        let mut text = [HEADING, "\n"].concat();
+        for Label { time, mode } in &self.0 {
+            let mode = mode.map_or("", |m| ["0", "1", "2"][usize::from(m.min(2))]);
+            text += &[&time.to_string(), ",", mode, "\n"].concat();
+        }
+        text
+    }
+
+    /// The labels as JSON.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).unwrap_or_default()
     }
 
     /// The labels.
@@ -81,6 +144,24 @@ impl Labels {
     }
 }
 
+/// The first line of labels as CSV.
+const HEADING: &str = "t,truth_mode";
+
+/// A row of the CSV.
+fn row(line: &str) -> Option<Label> {
+    let (time, mode) = line.split_once(',')?;
+    let time = time.trim().parse().ok().filter(|t: &f64| t.is_finite())?;
+    let mode = match mode.trim() {
+        "" | "nan" => None,
+        mode => Some(mode.parse::<f64>().ok().and_then(code)?),
+    };
+    Some(Label { time, mode })
+}
+
+fn refusal(line: &str) -> String {
+    ["expected a time and a mode (0, 1, 2 or empty), found `", line.trim(), "`"].concat()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,6 +192,23 @@ mod tests {
         assert_eq!(labels, before);
         let text = serde_json::to_string(&labels).unwrap();
         assert_eq!(serde_json::from_str::<Labels>(&text).unwrap(), labels);
+    }
+
+    /// Catches a label lost or moved by saving, and a bad row that is passed over in silence.
+    #[test]
+    fn labels_come_back_from_both_files_and_a_bad_row_is_named() {
+        let mut labels = painted();
+        labels.paint(60.0, 70.5, None);
+        assert_eq!(Labels::from_text(&labels.to_csv()).unwrap(), labels);
+        assert_eq!(Labels::from_text(&labels.to_json()).unwrap(), labels);
+        assert_eq!(labels.to_csv().lines().next(), Some("t,truth_mode"));
+        let refused = |text: &str| Labels::from_text(text).unwrap_err();
+        assert_eq!(refused("t,truth_mode\n0,1\n0.5,3\n").row, 3);
+        assert_eq!(refused("t,truth_mode\n0,1\n0,2\n").row, 3);
+        assert_eq!(refused("t,mode\n0,1\n").row, 1);
+        assert_eq!(refused(r#"[{"time": 1, "mode": 1}, {"time": 0, "mode": 2}]"#).row, 2);
+        assert_eq!(refused(r#"[{"time": 1, "mode": 7}]"#).row, 1);
+        assert_eq!(Labels::from_text("t,truth_mode\n1,1\n2,1\n3,\n").unwrap().list().len(), 2);
     }
 
     /// Catches rows and columns swapped, and a latency counted from the wrong clock.

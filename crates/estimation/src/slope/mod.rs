@@ -24,6 +24,7 @@ mod pitch;
 mod tests;
 pub mod two_way;
 
+use drivescope_drive::channel::Channel;
 use drivescope_drive::drive::{Epoch, LogStart, Signal};
 use drivescope_drive::signals::{Gnss, Imu, Steering};
 use drivescope_drive::vehicle::VehicleParams;
@@ -34,6 +35,7 @@ use self::delay::DelayLine;
 use self::grade::{Aid, Datum, GradeFilter};
 use self::motion::{Measured, MotionFilter, MotionNis, Steer};
 use self::pitch::PitchFilter;
+use self::two_way::Backward;
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
 use crate::kalman::NotPositiveDefinite;
 
@@ -68,6 +70,7 @@ const WHEEL_LEFT_OUT: &str = "a wheel speed that no car could have reached since
 const WHEEL_JUMPED: &str = "the wheel speed jumped and stayed; the filters were restarted at the new one";
 const TIME_REFUSED: &str = "an epoch whose time did not advance was skipped";
 const GAP: &str = "a hole of more than 1 s was taken as 1 s";
+const NOT_BACKWARD: &str = "the run backward through time failed; grade and altitude are those of the forward run";
 const BARO_REJECTED: &str = "a barometric altitude was rejected by its gate";
 const HEIGHT_REJECTED: &str = "a GNSS height was rejected by its gate";
 const GNSS_REJECTED: &str = "a GNSS vertical velocity was rejected by its gate";
@@ -90,6 +93,7 @@ pub struct Slope {
     axles: AxleCheck,
     /// Since when the wheel speed has been beyond belief, s.
     jumped: Option<f64>,
+    backward: Option<Box<Backward>>,
     notices: Notices,
 }
 
@@ -177,12 +181,16 @@ impl Estimator for Slope {
             inertial: DelayLine::new(params.wheel_latency),
             axles: AxleCheck::default(),
             jumped: None,
+            backward: params.two_way.then(|| Box::new(Backward::new(vehicle))),
             notices: Notices::default(),
         }
     }
 
     fn step(&mut self, epoch: &Epoch) -> Result<Option<SlopeEstimate>, EstimatorError> {
         let t = epoch.time;
+        if let Some(backward) = &mut self.backward {
+            backward.keep(epoch, self.params.wheel_latency);
+        }
         if let Some(steering) = &epoch.steering {
             self.hold_steering(steering, t);
         }
@@ -220,6 +228,18 @@ impl Estimator for Slope {
             }
         };
         Ok(Some(self.estimate(&nis)))
+    }
+
+    fn look_back(&mut self, rows: &mut Channel<SlopeEstimate>, steps: usize) -> f64 {
+        let Some(backward) = &mut self.backward else { return 1.0 };
+        backward.advance(&self.params, rows, steps).unwrap_or_else(|_| {
+            self.notices.add(NOT_BACKWARD, self.time.unwrap_or(0.0));
+            1.0
+        })
+    }
+
+    fn look_back_share(&self) -> f64 {
+        if self.backward.is_some() { 0.5 } else { 0.0 }
     }
 
     fn notices(&self) -> &Notices {

@@ -6,14 +6,16 @@
 //! the yaw rate of a straight road is not exactly zero.
 //! Source: SPEC slope 6 and 7 (the paper claims that one filter cannot have both force and slope; the ranks say it can).
 
-use drivescope_drive::channel::Series;
+use drivescope_drive::channel::{Column, Series};
 use drivescope_drive::drive::{Drive, Signal};
 use drivescope_drive::vehicle::VehicleParams;
 use nalgebra::{SMatrix, SVector};
 
+use super::Slope;
 use super::grade::{self, Suspension};
 use super::motion::{self, Car, Row, STATES, Steer};
 use super::params::SlopeParams;
+use crate::estimator::vehicle_of;
 
 /// A direction that changes the measurements by less than this within a second counts as unseen.
 pub const TOLERANCE: f64 = 0.02;
@@ -21,8 +23,8 @@ pub const TOLERANCE: f64 = 0.02;
 const UNSEEN_SHARE: f64 = 0.005;
 /// Ordinary sizes of the states of the first filter.
 const MOTION_SCALE: [f64; STATES] = [1.0, 1.0, 0.1, 2000.0, 2000.0, 2000.0, 0.1];
-/// Ordinary sizes of the states of the grade filter.
-const GRADE_SCALE: [f64; 6] = [1.0, 0.1, 0.01, 0.1, 0.1, 1.0];
+/// Ordinary sizes of the states of the grade filter; the last is none of them.
+const GRADE_SCALE: [f64; STATES] = [1.0, 0.1, 0.01, 0.1, 0.1, 1.0, 0.0];
 
 const STRAIGHT: &str =
     "on a straight road nothing measures the lateral speed unless the rear-axle aid says that the axle does not slide";
@@ -96,26 +98,27 @@ pub struct Lamp {
     pub why: &'static str,
 }
 
-/// Directions of a state space that the measurements see, orthonormal, the first `rank` of them.
-struct Seen<const N: usize> {
-    basis: [SVector<f64, N>; N],
+/// Directions of a state space of [`STATES`] or fewer that the measurements see, orthonormal, the first `rank` of them.
+struct Seen {
+    basis: [SVector<f64, STATES>; STATES],
     rank: usize,
 }
 
-impl<const N: usize> Seen<N> {
-    /// By Gram and Schmidt with the largest remainder first, over the rows `h A^k T^k / k!` in units of `scale`.
-    fn new(a: &SMatrix<f64, N, N>, rows: &[&Row], scale: &[f64; N]) -> Self {
-        let mut left = Vec::with_capacity(rows.len() * N);
+impl Seen {
+    /// By Gram and Schmidt with the largest remainder first, over the rows `h A^k T^k / k!` in units of `scale`. A state that
+    /// does not exist has a row and a column of zeros.
+    fn new(a: &SMatrix<f64, STATES, STATES>, rows: &[&Row], scale: &[f64; STATES]) -> Self {
+        let mut left = Vec::with_capacity(rows.len() * STATES);
         for row in rows {
-            let mut h = SVector::<f64, N>::zeros();
+            let mut h = SVector::<f64, STATES>::zeros();
             row.iter().for_each(|&(column, value)| h[column] = value);
-            for k in 1..=N {
-                left.push(SVector::<f64, N>::from_fn(|i, _| h[i] * scale[i]));
+            for k in 1..=STATES {
+                left.push(SVector::<f64, STATES>::from_fn(|i, _| h[i] * scale[i]));
                 h = a.tr_mul(&h) / k as f64;
             }
         }
-        let mut seen = Self { basis: [SVector::zeros(); N], rank: 0 };
-        while seen.rank < N {
+        let mut seen = Self { basis: [SVector::zeros(); STATES], rank: 0 };
+        while seen.rank < STATES {
             let Some(largest) = left.iter().copied().max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()))
             else {
                 break;
@@ -137,7 +140,7 @@ impl<const N: usize> Seen<N> {
     }
 }
 
-fn motion_seen(vehicle: &VehicleParams, moment: &Moment, available: &Available, slope_is_state: bool) -> Seen<STATES> {
+fn motion_seen(vehicle: &VehicleParams, moment: &Moment, available: &Available, slope_is_state: bool) -> Seen {
     let (car, steer) = (Car::new(vehicle), Steer::new(moment.steer));
     let mut x = motion::State::zeros();
     x[motion::SPEED] = moment.speed;
@@ -169,7 +172,7 @@ pub fn motion_rank(vehicle: &VehicleParams, moment: &Moment, available: &Availab
     motion_seen(vehicle, moment, available, slope_is_state).rank
 }
 
-fn grade_seen(params: &SlopeParams, moment: &Moment, available: &Available) -> Seen<6> {
+fn grade_seen(params: &SlopeParams, moment: &Moment, available: &Available) -> Seen {
     let mut x = grade::State::zeros();
     x[grade::SPEED] = moment.speed;
     x[grade::GRADE] = moment.grade;
@@ -178,7 +181,9 @@ fn grade_seen(params: &SlopeParams, moment: &Moment, available: &Available) -> S
         [(true, &[(grade::SPEED, 1.0)]), (available.altitude, &[(grade::ALTITUDE, 1.0)]), (available.climb, &climb)];
     let none: &Row = &[];
     let rows = rows.map(|(is_there, row)| if is_there { row } else { none });
-    Seen::new(&grade::jacobian(&x, &Suspension::new(params)), &rows, &GRADE_SCALE)
+    let mut a = SMatrix::<f64, STATES, STATES>::zeros();
+    a.fixed_view_mut::<6, 6>(0, 0).copy_from(&grade::jacobian(&x, &Suspension::new(params)));
+    Seen::new(&a, &rows, &GRADE_SCALE)
 }
 
 /// Rank of the grade filter's observability matrix, of 6 states: speed, grade, body pitch, its rate, bias, altitude.
@@ -215,6 +220,37 @@ pub fn lamps(params: &SlopeParams, vehicle: &VehicleParams, moment: &Moment, ava
     .map(|(column, is_seen, why)| Lamp { column, is_seen, why: if is_seen { "" } else { why } })
 }
 
+/// What a lamp that is off says, by its number in [`lamp_series`], from 1.
+pub const REASONS: [&str; 9] =
+    [STRAIGHT, TURNING, NO_GYRO, NO_LATERAL, STANDING, NO_VERTICAL, NO_DATUM, NO_PITCH_MODEL, UNSEEN];
+
+/// Rows of [`lamp_series`] at most, and the shortest time between two, s.
+const MOST_ROWS: f64 = 4000.0;
+const SHORTEST_STEP: f64 = 0.1;
+
+/// The lamps along a slope estimate, a column each: 0 where the quantity is seen, else the number of the reason why not.
+///
+/// `vehicle` overrides the drive's own, as in a run.
+pub fn lamp_series(estimate: &Series, drive: &Drive, params: &SlopeParams, vehicle: Option<&VehicleParams>) -> Series {
+    const DOC: &str = "0 where it is seen, else the number of the reason why not.";
+    const NAMES: [&str; 9] =
+        ["lateral_speed", "sideslip", "force_yf", "force_yr", "slope", "grade", "body_pitch", "accel_bias", "altitude"];
+    let mut out = Series::new(&NAMES.map(|name| Column::new(name, "1", DOC)));
+    let (Some(&start), Some(&end)) = (estimate.time().first(), estimate.time().last()) else { return out };
+    let vehicle = vehicle_of::<Slope>(drive, vehicle);
+    let available = Available::new(drive, params);
+    let step = ((end - start) / MOST_ROWS).max(SHORTEST_STEP);
+    let number = |lamp: &Lamp| REASONS.iter().position(|r| *r == lamp.why).map_or(0.0, |at| at as f64 + 1.0);
+    for row in 0..=((end - start) / step) as usize {
+        let time = start + row as f64 * step;
+        if let Some(lamps) = lamps_at(estimate, time, params, &vehicle, &available) {
+            // Times rise by construction.
+            let _ = out.push(time, &lamps.each_ref().map(number));
+        }
+    }
+    out
+}
+
 /// The lamps at the row of a slope estimate that is in force at `time`, s; `None` before the first row.
 pub fn lamps_at(
     estimate: &Series,
@@ -239,6 +275,7 @@ pub fn lamps_at(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use drivescope_drive::signals::{Baro, Imu};
 
     const PAPER: Available = Available { gyro: true, accel_y: true, rear_axle: false, altitude: false, climb: false };
     const AIDED: Available = Available { rear_axle: true, ..PAPER };
@@ -263,6 +300,25 @@ mod tests {
         // Neither the plausible car nor the steering angle changes a rank.
         let saloon = VehicleParams::preset("saloon").unwrap();
         assert_eq!(motion_rank(&saloon, &Moment { steer: -0.3, ..STEADY_TURN }, &AIDED, true), 7);
+    }
+
+    #[test]
+    fn the_lamps_along_a_drive_go_off_with_the_car_standing_and_name_the_reason() {
+        let mut estimate =
+            Series::new(&[Column::new("speed", "m/s", "Speed."), Column::new("yaw_rate", "rad/s", "Yaw rate.")]);
+        (0..200).for_each(|k| estimate.push(f64::from(k) * 0.05, &[if k < 100 { 20.0 } else { 0.0 }, 0.0]).unwrap());
+        let mut drive = Drive::default();
+        drive.imu.push(0.0, Imu { gyro_z: 0.0, accel_y: 0.0, ..Imu::default() }).unwrap();
+        drive.baro.push(0.0, Baro { altitude: 100.0 }).unwrap();
+        let lamps = lamp_series(&estimate, &drive, &SlopeParams::default(), None);
+        let at = |name: &str, row: usize| lamps.column(name).unwrap()[row] as usize;
+        assert!((99..=100).contains(&lamps.len()), "ten times a second: {}", lamps.len());
+        assert_eq!((at("grade", 20), at("slope", 20), at("altitude", 20)), (0, 0, 0));
+        assert_eq!(REASONS[at("grade", 80) - 1], STANDING);
+        assert_eq!(at("altitude", 80), 0);
+        // The columns are those of the lamps, in their order.
+        let named = lamps_at(&estimate, 1.0, &SlopeParams::default(), &car(), &AIDED).unwrap().map(|l| l.column);
+        assert_eq!(lamps.schema().iter().map(|c| c.name).collect::<Vec<_>>(), named);
     }
 
     #[test]

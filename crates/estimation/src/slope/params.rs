@@ -18,6 +18,8 @@ params! {
     pub struct SlopeParams {
         /// The paper's cascade, or one filter for everything.
         filter (""): choice FilterChoice, from "Kim, Kim & Lee 2014; SPEC slope 6";
+        /// At the end of the drive look back over it: speed, grade and altitude from both directions of time, without lag.
+        two_way (""): toggle = false, from "ours: a filter that only looks forward is the specification's";
         /// Model noise of the forward speed in the first filter; larger follows the wheels more.
         speed_walk ("q_vx"): number = 0.10, "m/s/sqrt(s)", 0.01 ..= 1.0 Log, from "SPEC slope 5";
         /// Model noise of the lateral speed in the first filter; larger trusts the rear-axle aid more.

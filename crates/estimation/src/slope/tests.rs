@@ -7,8 +7,7 @@ use drivescope_drive::vehicle::VehicleParams;
 use super::*;
 use crate::case_log::{Table, shared};
 
-const START: LogStart =
-    LogStart { imu_step: 0.01, speed: f64::NAN, origin: None, rear_axle: None, date: None, disk: None };
+const START: LogStart = LogStart { imu_step: 0.01, ..LogStart::UNKNOWN };
 
 const CASES: [&str; 4] =
     ["b1_uphill15_gearshift", "b2_flat_accel_brake", "b3_slope_speedbump", "b4_mild_grade_accel_brake"];

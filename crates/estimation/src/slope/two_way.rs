@@ -7,28 +7,24 @@
 //! accelerometer: the stated sigma is that of the better run, not less.
 
 use drivescope_drive::channel::{Channel, OutOfOrder, Record, Series};
-use drivescope_drive::drive::Drive;
-use drivescope_drive::record;
+use drivescope_drive::drive::{Drive, Epoch};
 use drivescope_drive::signals::{Gnss, Imu, Wheels};
 use drivescope_drive::vehicle::VehicleParams;
 
-use super::{Slope, SlopeParams};
-use crate::estimator::{RunError, run};
+use super::{Slope, SlopeEstimate, SlopeParams};
+use crate::estimator::{Run, RunError, run};
 
-record! {
-    /// Road grade and altitude at one instant, from the whole drive.
-    pub struct TwoWayEstimate {
-        /// Forward speed.
-        speed: "m/s", truth "vx";
-        /// Grade of the road, uphill positive.
-        grade: "rad", truth "grade";
-        /// 1-sigma of the road grade.
-        grade_sigma: "rad", sigma_of "grade";
-        /// Altitude, counted as the slope estimator counts it.
-        altitude: "m";
-        /// 1-sigma of the altitude.
-        altitude_sigma: "m", sigma_of "altitude";
-    }
+/// The rows of both directions are as far apart as two inertial samples; across a wider hole they are not joined, s.
+const WIDEST_GAP: f64 = 0.5;
+
+/// The samples that a forward run has used, and the run over them backward.
+#[derive(Clone, Debug)]
+pub(super) struct Backward {
+    vehicle: VehicleParams,
+    /// What was measured; from the end of the forward run on played backward.
+    drive: Drive,
+    run: Option<Run<Slope>>,
+    done: f64,
 }
 
 fn reversed<R: Record>(channel: &Channel<R>, turn: impl Fn(R) -> R) -> Result<Channel<R>, OutOfOrder> {
@@ -66,41 +62,90 @@ pub fn played_backward(drive: &Drive) -> Result<Drive, OutOfOrder> {
     })
 }
 
-/// Mean of two estimates weighted by their variances, and the smaller sigma; NaN where either has none.
+/// Mean of two estimates weighted by their variances, and the smaller sigma; the first where the second has none.
 fn mean(a: (f64, f64), b: (f64, f64)) -> (f64, f64) {
     let (u, v) = (b.1 * b.1, a.1 * a.1);
-    ((a.0 * u + b.0 * v) / (u + v), a.1.min(b.1))
+    let both = (a.0 * u + b.0 * v) / (u + v);
+    if both.is_nan() { a } else { (both, a.1.min(b.1)) }
+}
+
+impl Backward {
+    pub(super) fn new(vehicle: &VehicleParams) -> Self {
+        Self { vehicle: vehicle.clone(), drive: Drive::default(), run: None, done: 0.0 }
+    }
+
+    /// Keep what an epoch measured. The inertial sensor comes as late as the wheels, as in the forward run.
+    pub(super) fn keep(&mut self, epoch: &Epoch, latency: f64) {
+        fn keep<R: Record>(channel: &mut Channel<R>, time: f64, sample: Option<R>) {
+            // Times of a drive rise in every channel.
+            let _ = sample.map(|sample| channel.push(time, sample));
+        }
+        let (drive, time) = (&mut self.drive, epoch.time);
+        keep(&mut drive.imu, time + latency, epoch.imu);
+        keep(&mut drive.wheels, time, epoch.wheels);
+        keep(&mut drive.steering, time, epoch.steering);
+        keep(&mut drive.gnss, time, epoch.gnss);
+        keep(&mut drive.baro, time, epoch.baro);
+    }
+
+    /// Go on backward by about `steps` epochs, and at the end join both directions in `rows`; the share done.
+    ///
+    /// # Errors
+    /// Those of the backward run; `rows` are then as they were.
+    pub(super) fn advance(
+        &mut self,
+        params: &SlopeParams,
+        rows: &mut Channel<SlopeEstimate>,
+        steps: usize,
+    ) -> Result<f64, RunError> {
+        if self.done >= 1.0 {
+            return Ok(1.0);
+        }
+        // Given up unless this step succeeds.
+        self.done = 1.0;
+        if self.run.is_none() {
+            self.drive = played_backward(&self.drive)?;
+            let stiff = SlopeParams {
+                two_way: false,
+                wheel_latency: 0.0,
+                pitch_frequency: 15.0,
+                pitch_damping_ratio: 1.0,
+                ..params.clone()
+            };
+            self.run = Some(Run::new(&self.drive, &stiff, Some(&self.vehicle))?);
+        }
+        let Some(run) = &mut self.run else { return Ok(1.0) };
+        if run.advance(&self.drive, steps)? {
+            join(rows, run.estimates().series());
+            (self.run, self.drive) = (None, Drive::default());
+        } else {
+            self.done = run.fraction(&self.drive).min(0.999);
+        }
+        Ok(self.done)
+    }
+}
+
+/// Put the mean of both directions into the rows of the forward one.
+fn join(rows: &mut Channel<SlopeEstimate>, backward: &Series) {
+    let columns = ["speed", "grade", "grade_sigma", "altitude", "altitude_sigma"].map(|name| backward.index_of(name));
+    for row in 0..rows.len() {
+        let (time, mut own) = rows.at(row);
+        let at = |column: Option<usize>| column.map_or(f64::NAN, |c| backward.interpolate(c, -time, WIDEST_GAP));
+        let [speed, grade, grade_sigma, altitude, altitude_sigma] = columns.map(at);
+        if speed.is_finite() {
+            own.speed = 0.5 * (own.speed - speed);
+        }
+        (own.grade, own.grade_sigma) = mean((own.grade, own.grade_sigma), (grade, grade_sigma));
+        (own.altitude, own.altitude_sigma) = mean((own.altitude, own.altitude_sigma), (altitude, altitude_sigma));
+        rows.replace(row, own);
+    }
 }
 
 /// Run the slope estimator forward and backward over `drive` and join both.
 ///
 /// # Errors
-/// Those of the runs.
+/// Those of the forward run.
 pub fn run_two_way(drive: &Drive, params: &SlopeParams, vehicle: Option<&VehicleParams>) -> Result<Series, RunError> {
-    let forward = run::<Slope>(drive, params, vehicle)?.into_series();
-    let stiff = SlopeParams { pitch_frequency: 15.0, pitch_damping_ratio: 1.0, ..params.clone() };
-    let backward = run::<Slope>(&played_backward(drive)?, &stiff, vehicle)?.into_series();
-    let cell = |series: &Series, row: usize, name: &str| series.column(name).map_or(f64::NAN, |c| c[row]);
-    let mut out = Channel::<TwoWayEstimate>::default();
-    out.reserve(forward.len());
-    // Both have an estimate at nearly every epoch, the backward one in the opposite order.
-    let mut other = backward.len();
-    for (row, &time) in forward.time().iter().enumerate() {
-        while other > 0 && -backward.time()[other - 1] < time {
-            other -= 1;
-        }
-        if other == 0 {
-            break;
-        }
-        if -backward.time()[other - 1] != time {
-            continue;
-        }
-        let pair = |series, row, name, sigma| (cell(series, row, name), cell(series, row, sigma));
-        let both = |name, sigma| mean(pair(&forward, row, name, sigma), pair(&backward, other - 1, name, sigma));
-        let (grade, grade_sigma) = both("grade", "grade_sigma");
-        let (altitude, altitude_sigma) = both("altitude", "altitude_sigma");
-        let speed = 0.5 * (cell(&forward, row, "speed") - cell(&backward, other - 1, "speed"));
-        out.push(time, TwoWayEstimate { speed, grade, grade_sigma, altitude, altitude_sigma })?;
-    }
-    Ok(out.into_series())
+    let params = SlopeParams { two_way: true, ..params.clone() };
+    Ok(run::<Slope>(drive, &params, vehicle)?.into_series())
 }

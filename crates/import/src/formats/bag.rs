@@ -8,6 +8,7 @@ use super::topics::{Layout, Topic};
 use super::{Context, Reader, bzip2, lz4};
 use crate::error::{ImportError, excerpt, form};
 use crate::opening::Gathered;
+use crate::order::sort_by;
 
 const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 /// A record longer than this, bytes, is refused.
@@ -164,7 +165,7 @@ impl Reader for Bag {
             return Err(self.bad("messages", "none"));
         }
         let mut topics: Vec<_> = self.topics.into_iter().filter_map(|(id, t)| Some((id, t?))).collect();
-        topics.sort_by_key(|(id, _)| *id);
+        sort_by(&mut topics, |a, b| a.0.cmp(&b.0));
         topics.into_iter().for_each(|(_, topic)| topic.finish("ROS 1 bag", log));
         if !self.other.is_empty() {
             let kinds = self.other.into_iter().take(6).collect::<Vec<_>>().join(", ");

@@ -6,8 +6,9 @@ use std::rc::Rc;
 use super::Context;
 use super::dbc::{Dbc, EXTENDED, Message};
 use super::grower::{Grower, Zero};
-use crate::error::ImportError;
+use crate::error::{ImportError, name_list};
 use crate::opening::Gathered;
+use crate::order::sort_by;
 
 /// Identifiers that are remembered for what is said about them.
 const REMEMBERED: usize = 4096;
@@ -98,7 +99,7 @@ impl Frames {
     pub fn finish(self, format: &'static str, zero: Zero, log: &mut Gathered) {
         let before = log.tables.len();
         let mut slots: Vec<_> = self.slots.into_iter().filter_map(|(key, slot)| Some((key, slot?))).collect();
-        slots.sort_by_key(|(key, _)| *key);
+        sort_by(&mut slots, |a, b| a.0.cmp(&b.0));
         for (_, slot) in slots {
             log.tables.extend(slot.pages.into_iter().filter_map(|(_, grower)| grower.finish(format, zero)));
         }
@@ -108,6 +109,12 @@ impl Frames {
         let ids: Vec<String> = self.unknown.iter().take(6).map(|id| format!("{:X}", id & !EXTENDED)).collect();
         let ids = format!("{} identifiers ({}, ..)", self.unknown.len(), ids.join(", "));
         let what = if self.dbc.is_empty() { "no DBC database" } else { "none of them in the DBC" };
+        if log.tables.len() > before {
+            let note = format!("Frames were decoded as {} says.", name_list(self.dbc.files.iter().map(String::as_str)));
+            if !log.notes.contains(&note) {
+                log.notes.push(note);
+            }
+        }
         if log.tables.len() == before {
             log.failures.push(format!(
                 "{}: expected a DBC database that says what the frames hold, found {} frames of {ids} and {what}; open the \

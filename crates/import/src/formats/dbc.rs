@@ -21,6 +21,8 @@ pub(crate) struct Dbc {
     messages: HashMap<u32, Rc<Message>>,
     /// Messages by parameter group number, where the database is one of J1939.
     groups: HashMap<u32, Rc<Message>>,
+    /// Names of the files.
+    pub files: Vec<String>,
 }
 
 /// A message and its signals.
@@ -122,6 +124,7 @@ impl Dbc {
 
     /// Take the messages of another database; those that are already there stay.
     fn add(&mut self, other: Self) {
+        self.files.extend(other.files);
         for (id, message) in other.messages {
             self.messages.entry(id).or_insert(message);
         }
@@ -218,7 +221,7 @@ impl Parser<'_> {
     }
 
     fn finish(self) -> Dbc {
-        let mut dbc = Dbc::default();
+        let mut dbc = Dbc { files: vec![self.file.to_owned()], ..Dbc::default() };
         for (id, mut message) in self.messages {
             // Simple multiplexing names no selector: it is the one marked `M`.
             if let Some(selector) = message.signals.iter().position(|s| s.selects) {

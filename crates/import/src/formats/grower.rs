@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use crate::error::ImportError;
+use crate::order::order;
 use crate::table::{Meaning, RawColumn, Table, TimeEpoch, Warning};
 
 /// Columns over one clock, in nanoseconds.
@@ -136,8 +137,7 @@ impl Grower {
     }
 
     fn sort(&mut self, back: usize) -> Warning {
-        let mut order: Vec<u32> = (0..self.time.len() as u32).collect();
-        order.sort_by_key(|&i| self.time[i as usize]);
+        let order = order(self.time.len(), &mut |a, b| self.time[a].cmp(&self.time[b]));
         self.time = order.iter().map(|&i| self.time[i as usize]).collect();
         for column in &mut self.columns {
             column.values = order.iter().map(|&i| column.values[i as usize]).collect();

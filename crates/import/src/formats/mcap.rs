@@ -13,6 +13,7 @@ use super::topics::{Layout, Topic};
 use super::{Context, Reader, lz4};
 use crate::error::{ImportError, excerpt, form};
 use crate::opening::Gathered;
+use crate::order::sort_by;
 
 const MAGIC: usize = 8;
 /// A record longer than this, bytes, is refused; attachments are passed over at any length.
@@ -185,7 +186,7 @@ impl Reader for Mcap {
             return Err(self.bad("messages", "none"));
         }
         let mut topics: Vec<_> = self.topics.into_iter().filter_map(|(id, t)| Some((id, t?))).collect();
-        topics.sort_by_key(|(id, _)| *id);
+        sort_by(&mut topics, |a, b| a.0.cmp(&b.0));
         topics.into_iter().for_each(|(_, topic)| topic.finish("MCAP", log));
         if !self.other.is_empty() {
             let kinds = self.other.into_iter().take(6).collect::<Vec<_>>().join(", ");

@@ -34,6 +34,7 @@ use std::rc::Rc;
 
 use crate::csv::CsvReader;
 use crate::error::ImportError;
+use crate::keep::Keep;
 use crate::opening::Gathered;
 use crate::source::Source;
 use crate::table::Table;
@@ -182,6 +183,8 @@ pub(crate) struct Context {
     pub depth: usize,
     /// What the frames of a bus hold.
     pub dbc: Rc<dbc::Dbc>,
+    /// What of a text file is kept.
+    pub keep: Rc<Keep>,
 }
 
 /// Reads one file fed in slices.
@@ -212,6 +215,9 @@ pub(crate) fn reader(format: Format, context: Context) -> Box<dyn Reader> {
         Format::Csv => {
             let mut reader = CsvReader::new(&context.file);
             context.bytes.into_iter().for_each(|b| reader.expect_bytes(b));
+            if *context.keep != Keep::default() {
+                reader.keep((*context.keep).clone());
+            }
             Box::new(Csv { reader, part: context.part })
         }
         Format::Nmea => Box::new(nmea::Nmea::new(context)),

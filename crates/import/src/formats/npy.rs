@@ -5,6 +5,7 @@ use std::rc::Rc;
 use super::{Context, Reader};
 use crate::error::{ImportError, form};
 use crate::opening::Gathered;
+use crate::order::sort_by;
 use crate::table::{RawColumn, Table};
 
 /// A header longer than this, bytes, is refused.
@@ -217,7 +218,7 @@ pub(crate) fn assemble(log: &mut Gathered) {
         !is_clock
     });
     // `imu_t` before `t`: the longer stem is the nearer clock.
-    clocks.sort_by_key(|(_, c)| std::cmp::Reverse(c.path.len()));
+    sort_by(&mut clocks, |(_, a), (_, b)| b.path.len().cmp(&a.path.len()));
     for (file, clock) in clocks {
         let (folder, name) = split(&clock.path);
         let stem = clock_stem(name).unwrap_or_default();

@@ -10,6 +10,7 @@ use super::lines::{Lines, number, words};
 use super::{Context, Reader};
 use crate::error::{ImportError, excerpt, form};
 use crate::opening::Gathered;
+use crate::order::sort_by;
 use crate::stamp::{self, Stamp};
 use crate::table::Meaning;
 
@@ -190,7 +191,7 @@ impl Reader for StampList {
 pub(crate) fn assemble(log: &mut Gathered) -> Result<(), ImportError> {
     let mut found = std::mem::take(&mut log.oxts);
     let stamps = std::mem::take(&mut log.stamps);
-    found.sort_by(|a, b| a.path.cmp(&b.path));
+    sort_by(&mut found, |a, b| a.path.cmp(&b.path));
     let by_folder = found.chunk_by(|a, b| folder(&a.path) == folder(&b.path));
     for parts in by_folder {
         let place = folder(&parts[0].path);

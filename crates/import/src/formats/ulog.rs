@@ -8,6 +8,7 @@ use super::grower::{Grower, Zero, is};
 use super::{Context, Reader};
 use crate::error::{ImportError, form};
 use crate::opening::Gathered;
+use crate::order::sort_by;
 use crate::table::Meaning;
 
 /// Columns of one topic beyond this are left out.
@@ -274,7 +275,7 @@ impl Reader for Ulog {
             return Err(form(&self.file, "all messages".into(), "logged data", "none", advice));
         }
         let mut topics: Vec<(u16, Topic)> = self.topics.into_iter().collect();
-        topics.sort_by_key(|(id, _)| *id);
+        sort_by(&mut topics, |a, b| a.0.cmp(&b.0));
         log.tables.extend(topics.into_iter().filter_map(|(_, t)| t.grower.finish("ULog", Zero::Unknown)));
         Ok(())
     }

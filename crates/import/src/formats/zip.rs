@@ -8,6 +8,7 @@ use super::gzip::check_depth;
 use super::{Context, Detecting, Reader, Seeking};
 use crate::error::{ImportError, decode, form};
 use crate::opening::Gathered;
+use crate::order::sort_by;
 use crate::source::Source;
 
 /// Compressed bytes of a member that one step takes.
@@ -114,10 +115,12 @@ impl Zip {
         if !head.starts_with(b"PK\x03\x04") || head.len() < 30 {
             return Err(self.bad(&place, &format!("its header at offset {}", member.header), "something else"));
         }
-        let offset = member.header + 30 + le(&head, 26, 2) + le(&head, 28, 2);
+        let offset = member.header.saturating_add(30 + le(&head, 26, 2) + le(&head, 28, 2));
+        // Deflate packs a thousandfold at most, and no more of it than the archive has: what is said beyond is not believed.
+        let packed = member.packed.min(source.len().saturating_sub(offset));
         let context = Context {
             part: member.name.clone(),
-            bytes: Some(member.unpacked).filter(|u| *u < 2000 * member.packed.max(1)),
+            bytes: Some(member.unpacked).filter(|u| *u <= packed.saturating_mul(1100)),
             depth: self.context.depth + 1,
             ..self.context.clone()
         };
@@ -205,7 +208,8 @@ impl Seeking for Zip {
         if self.members.is_none() {
             let mut members = self.directory(source)?;
             // Databases of bus signals first.
-            members.sort_by_key(|m| !m.name.to_ascii_lowercase().ends_with(".dbc"));
+            let is_last = |m: &Member| !m.name.to_ascii_lowercase().ends_with(".dbc");
+            sort_by(&mut members, |a, b| is_last(a).cmp(&is_last(b)));
             self.count = members.len();
             self.members = Some(members.into());
         }

@@ -4,6 +4,7 @@
 
 use std::io::Write;
 
+mod bzip2;
 mod mdf;
 
 use flate2::Compression;
@@ -47,6 +48,7 @@ pub fn all() -> Vec<Sample> {
     let bus = |name, file, bytes| Sample { name, files: vec![(file, bytes), ("bus.dbc", dbc())] };
     vec![
         one("csv", "log.csv", csv(0)),
+        one("csv of a spreadsheet", "log.csv", spreadsheet()),
         one("nmea", "log.nmea", nmea()),
         one("gpx", "log.gpx", gpx()),
         one("vbo", "log.vbo", vbo()),
@@ -65,8 +67,10 @@ pub fn all() -> Vec<Sample> {
         one("mcap", "log.mcap", mcap("")),
         one("mcap zstd", "log.mcap", mcap("zstd")),
         one("mcap lz4", "log.mcap", mcap("lz4")),
+        one("mcap protobuf", "log.mcap", mcap_protobuf()),
         one("bag", "log.bag", bag(b"none")),
         one("bag lz4", "log.bag", bag(b"lz4")),
+        one("bag bz2", "log.bag", bag(b"bz2")),
         one("mdf sorted", "log.mf4", mdf::measured(mdf::Form::Sorted)),
         one("mdf unsorted", "log.mf4", mdf::measured(mdf::Form::Unsorted)),
         one("mdf deflated", "log.mf4", mdf::measured(mdf::Form::Deflated)),
@@ -80,6 +84,17 @@ pub fn all() -> Vec<Sample> {
 pub fn csv(first: usize) -> Vec<u8> {
     let rows = (first..first + ROWS).map(|i| format!("{},{},{}\n", time(i), accel(i), rate(i)));
     format!("t,accel_x,gyro_z\n{}", rows.collect::<String>()).into_bytes()
+}
+
+/// The same as a spreadsheet in German writes it, with comments, times of day, quotes, blanks and a column of text.
+pub fn spreadsheet() -> Vec<u8> {
+    let row = |i: usize| {
+        let blank = if i.is_multiple_of(5) { String::new() } else { format!("{:e}", rate(i)) };
+        let text = format!("12:00:{:04.1};{:.2};{blank};\"word; \"\"{i}\"\"\nmore\"\r\n", time(i), accel(i));
+        if i % 7 == 3 { format!("# comment \"{i}\r\n{text}") } else { text.replace("0.", "0,") }
+    };
+    let rows: String = (0..ROWS).map(row).collect();
+    format!("\u{feff}# speed = 3\r\ntime;ax [g];gyro_z (rad/s);\"note\"\r\n{rows}").into_bytes()
 }
 
 pub fn nmea() -> Vec<u8> {
@@ -486,6 +501,44 @@ pub fn mcap(compression: &str) -> Vec<u8> {
     out
 }
 
+/// A field of a protobuf message that holds bytes.
+fn proto(number: u8, content: &[u8]) -> Vec<u8> {
+    let length = [(content.len() & 127) as u8 | 128, (content.len() >> 7) as u8];
+    [&[number << 3 | 2], &length[..], content].concat()
+}
+
+/// Messages `p.M` of a double `speed` and of a message `v` with a double `x` and a sint32 `n`.
+pub fn mcap_protobuf() -> Vec<u8> {
+    let field = |name: &str, id: u8, kind: u8, message: &str| {
+        [proto(1, name.as_bytes()), vec![3 << 3, id, 4 << 3, 1, 5 << 3, kind], proto(6, message.as_bytes())].concat()
+    };
+    let v = [proto(1, b"V"), proto(2, &field("x", 1, 1, "")), proto(2, &field("n", 2, 17, ""))].concat();
+    let m = [proto(1, b"M"), proto(2, &field("speed", 1, 1, "")), proto(2, &field("v", 3, 11, ".p.V"))].concat();
+    let file = [proto(2, b"p"), proto(4, &v), proto(4, &m)].concat();
+    let mut out = b"\x89MCAP0\r\n".to_vec();
+    mcap_record(&mut out, 1, &[0; 8]);
+    let mut schema = 1u16.to_le_bytes().to_vec();
+    string(&mut schema, b"p.M");
+    string(&mut schema, b"protobuf");
+    string(&mut schema, &proto(1, &file));
+    mcap_record(&mut out, 3, &schema);
+    let mut channel = [0u16.to_le_bytes(), 1u16.to_le_bytes()].concat();
+    string(&mut channel, b"/can");
+    string(&mut channel, b"protobuf");
+    channel.extend([0; 4]);
+    mcap_record(&mut out, 4, &channel);
+    for i in 0..ROWS {
+        let double = |number: u8, value: f64| [&[number << 3 | 1][..], &value.to_le_bytes()].concat();
+        let at = 1_700_000_000_000_000_000 + 100_000_000 * i as u64;
+        let mut message = [&[0; 2][..], &(i as u32).to_le_bytes(), &at.to_le_bytes(), &at.to_le_bytes()].concat();
+        message.extend([double(1, accel(i)), proto(3, &[double(1, rate(i)), vec![2 << 3, i as u8]].concat())].concat());
+        mcap_record(&mut out, 5, &message);
+    }
+    mcap_record(&mut out, 15, &[0; 4]);
+    out.extend(b"\x89MCAP0\r\n");
+    out
+}
+
 fn bag_record(out: &mut Vec<u8>, fields: &[(&str, &[u8])], data: &[u8]) {
     let mut header = Vec::new();
     for (name, value) in fields {
@@ -511,7 +564,11 @@ pub fn bag(compression: &[u8]) -> Vec<u8> {
         time.extend((i as u32 % 10 * 100_000_000 + 5_000_000).to_le_bytes());
         bag_record(&mut inner, &[("op", &[2]), ("conn", &[0; 4]), ("time", &time)], &imu(i, true));
     }
-    let packed = if compression == b"lz4" { lz4(&inner) } else { inner.clone() };
+    let packed = match compression {
+        b"lz4" => lz4(&inner),
+        b"bz2" => bzip2::pack(&inner),
+        _ => inner.clone(),
+    };
     let mut out = b"#ROSBAG V2.0\n".to_vec();
     bag_record(&mut out, &[("op", &[3]), ("index_pos", &[0; 8])], &[b' '; 30]);
     let size = (inner.len() as u32).to_le_bytes();

@@ -232,7 +232,7 @@ impl Settings {
         match json {
             Value::Null => Ok(()),
             Value::Object(map) => map.iter().try_for_each(|(name, value)| self.set(name, value)),
-            other => Err(ParamError::NotAnObject(other.to_string())),
+            other => Err(ParamError::NotAnObject(drivescope_drive::json::named(other))),
         }
     }
 

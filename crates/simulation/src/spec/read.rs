@@ -1,6 +1,7 @@
 //! From JSON to the fields of a drive: one small reader, where a derived one for each type would fill a tenth of the
 //! page's core.
 
+use drivescope_drive::json::named;
 use serde_json::Value;
 
 use super::error::SpecError;
@@ -41,7 +42,7 @@ pub(super) trait Read: Sized {
 #[cold]
 #[inline(never)]
 fn wrong(expected: &str, found: &Value) -> Trouble {
-    Trouble::new(["expected ", expected, ", found ", &found.to_string()].concat())
+    Trouble::new(["expected ", expected, ", found ", &named(found)].concat())
 }
 
 /// Hand every field of an object to `put`, which says whether it knows it; refuse the others and missing ones.

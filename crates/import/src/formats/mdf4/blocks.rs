@@ -61,7 +61,8 @@ impl<'a> Blocks<'a> {
 
     /// `length` bytes at `offset`, fewer at the end of the file.
     pub fn bytes(&mut self, offset: u64, length: usize) -> Result<&[u8], ImportError> {
-        let inside = offset >= self.start && offset + length as u64 <= self.start + self.window.len() as u64;
+        let inside =
+            offset >= self.start && offset.saturating_add(length as u64) <= self.start + self.window.len() as u64;
         if !inside {
             self.window.resize(length.max(WINDOW), 0);
             let file = &self.file;

@@ -1,4 +1,4 @@
-//! What crosses this door as plain objects.
+//! What crosses a door as plain objects.
 
 use serde::Serialize;
 use wasm_bindgen::prelude::*;
@@ -9,12 +9,15 @@ pub fn sentence(error: impl std::fmt::Display) -> JsError {
 }
 
 /// A plain object: maps become objects, no number becomes a BigInt.
+///
+/// # Errors
+/// The sentence of what cannot become one.
 pub fn plain(value: &impl Serialize) -> Result<JsValue, JsError> {
     value.serialize(&serde_wasm_bindgen::Serializer::json_compatible()).map_err(sentence)
 }
 
 /// How far a piece of long work has come.
-#[derive(Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Progress {
     /// Whether it has finished.
     pub done: bool,
@@ -22,6 +25,6 @@ pub struct Progress {
     pub fraction: f64,
     /// What is being done.
     pub stage: &'static str,
-    /// Samples so far; 0 where they mean nothing.
+    /// Rows or samples so far; 0 where they mean nothing.
     pub rows: usize,
 }

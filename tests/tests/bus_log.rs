@@ -1,0 +1,110 @@
+//! Motion modes of 26 minutes of a car's bus, in three MDF4 files, held against the speed and course of its receiver. A
+//! failure means that the files no longer are one drive, that the sensor's odd mounting is not found, or that modes come
+//! wrongly from a real sensor that is coarse and shaken by an idling engine.
+#![allow(clippy::unwrap_used)]
+
+use std::path::PathBuf;
+
+use drivescope_drive::channel::{Channel, Series};
+use drivescope_drive::drive::Drive;
+use drivescope_drive::frames::wrap_angle;
+use drivescope_drive::signals::Imu;
+use drivescope_estimation::registry::run_by_name;
+use drivescope_estimation::score::mode::ModeScore;
+use drivescope_import::{Opening, SeekSource, Source, open_log};
+use nalgebra::{Matrix3, Vector3};
+use serde_json::json;
+
+/// Samples of the receiver further apart than this, s, say nothing of what is between.
+const LONGEST_STEP: f64 = 2.5;
+
+fn open() -> Option<Drive> {
+    let root = drivescope_tests::shared("data/css_canedge_mf4")?;
+    let parts = ["00000001-60FEB68B", "00000002-60FEB8E3", "00000003-60FEBB3B"];
+    let mut paths: Vec<PathBuf> =
+        parts.iter().map(|p| root.join(format!("gps_imu_obd2_3BA199E2_165_{p}.MF4"))).collect();
+    paths.push(root.join("canmod-gps.dbc"));
+    let source = |path: &PathBuf| -> Box<dyn Source> {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        Box::new(SeekSource::new(&name, std::fs::File::open(path).unwrap()).unwrap())
+    };
+    let mut opening = Opening::new(paths.iter().map(source).collect()).unwrap();
+    while opening.step().unwrap() {}
+    Some(open_log(opening.finish().unwrap(), None).unwrap().0)
+}
+
+/// A column of the receiver at a time, on the straight line between its samples.
+fn at(series: &Series, values: &[f64], time: f64) -> Option<f64> {
+    let times = series.time();
+    let after = times.partition_point(|&t| t < time);
+    let before = after.checked_sub(1).filter(|_| after < times.len())?;
+    let step = times[after] - times[before];
+    let value = values[before] + (values[after] - values[before]) * ((time - times[before]) / step);
+    (step < LONGEST_STEP && value.is_finite()).then_some(value)
+}
+
+fn vectors(imu: &Imu) -> (Vector3<f64>, Vector3<f64>) {
+    (Vector3::new(imu.accel_x, imu.accel_y, imu.accel_z), Vector3::new(imu.gyro_x, imu.gyro_y, imu.gyro_z))
+}
+
+/// Sensor to forward, right, down: down from gravity, forward from what goes with the change of speed.
+fn mounting(drive: &Drive, speed: impl Fn(f64) -> Option<f64>) -> Matrix3<f64> {
+    let rows = (0..drive.imu.len()).map(|k| drive.imu.at(k));
+    let forces: Vec<(f64, Vector3<f64>)> = rows.map(|(time, imu)| (time, vectors(&imu).0)).collect();
+    let mean = forces.iter().map(|(_, f)| f).sum::<Vector3<f64>>() / forces.len() as f64;
+    let down = -mean.normalize();
+    let mut along = Vector3::zeros();
+    for (time, force) in forces {
+        if let (Some(before), Some(after)) = (speed(time - 1.0), speed(time + 1.0)) {
+            let level = force - mean;
+            along += (level - down * down.dot(&level)) * (after - before);
+        }
+    }
+    let forward = along.normalize();
+    Matrix3::from_rows(&[forward.transpose(), down.cross(&forward).transpose(), down.transpose()])
+}
+
+#[test]
+fn modes_of_twenty_six_minutes_agree_with_the_receivers_speed_and_course() {
+    let Some(mut drive) = open() else { return };
+    let (speeds, fixes) = (drive.wheels.series().clone(), drive.gnss.series().clone());
+    let speed = |t: f64| at(&speeds, speeds.column("speed").unwrap(), t);
+    let mut course = fixes.column("course").unwrap().to_vec();
+    (1..course.len()).for_each(|k| course[k] = course[k - 1] + wrap_angle(course[k] - course[k - 1]));
+    let turn = |t: f64| Some(0.5 * (at(&fixes, &course, t + 1.0)? - at(&fixes, &course, t - 1.0)?));
+
+    // X points up, forward is -Y and right is +Z, as those who recorded it say.
+    let mounting = mounting(&drive, speed);
+    let said = Matrix3::new(0.0, -1.0, 0.0, 0.0, 0.0, 1.0, -1.0, 0.0, 0.0);
+    let angle = (((mounting * said.transpose()).trace() - 1.0) / 2.0).acos();
+    println!("mounting {mounting:.3} is {:.1} deg from the one said", angle.to_degrees());
+    assert!(angle < 15f64.to_radians(), "{mounting}");
+
+    let mut turned: Channel<Imu> = Channel::default();
+    for k in 0..drive.imu.len() {
+        let (time, imu) = drive.imu.at(k);
+        let (f, w) = vectors(&imu);
+        let (f, w) = (mounting * f, mounting * w);
+        let row = Imu { accel_x: f.x, accel_y: f.y, accel_z: f.z, gyro_x: w.x, gyro_y: w.y, gyro_z: w.z };
+        turned.push(time, row).unwrap();
+    }
+    drive.imu = turned;
+    // Without the receiver's speed: that is what the modes are held against.
+    let run = run_by_name("motion_mode", &drive, &json!({"use_speed": false}), None).unwrap();
+    let series = run.series();
+    let said: Vec<f64> = (series.time().iter())
+        .map(|&t| match (speed(t), turn(t)) {
+            (Some(..0.15), _) => 0.0,
+            (Some(2.0..), Some(turn)) if turn.abs() > 0.08 => 2.0,
+            (Some(1.0..), Some(turn)) if turn.abs() < 0.025 => 1.0,
+            // Creeping, or a bend that is hardly one: the receiver does not tell.
+            _ => f64::NAN,
+        })
+        .collect();
+    let found = ModeScore::new(series.time(), series.column("mode").unwrap(), &said).unwrap();
+    println!("{found:?}");
+    assert!(found.count > 130_000 && found.accuracy_guarded >= 0.95, "{found:?}");
+    let [_, straight, corner] = found.confusion;
+    assert_eq!(straight[0] + corner[0], 0, "never at rest on the road: {found:?}");
+    assert!(corner[2] as f64 / corner.iter().sum::<usize>() as f64 >= 0.99, "{found:?}");
+}

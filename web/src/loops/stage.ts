@@ -1,0 +1,265 @@
+/** A closed loop seen from above: path, obstacles, the way driven, and at one instant the car with its ring and sectors. */
+
+import { Canvas } from '../plot/strip';
+import { palette } from '../plot/palette';
+import { formatSignificant } from '../units';
+import { t } from '../messages';
+import type { Driven, Rows } from './door';
+
+/** Directions of the ring's axes from the heading, rad, from left to right; their number; what is no echo, m. */
+const AXES = 12;
+const FIRST_AXIS = (-82.5 * Math.PI) / 180;
+const BETWEEN_AXES = (15 * Math.PI) / 180;
+const NO_ECHO = 4;
+const SECTORS = 72;
+/** Radius at which sectors are drawn, m. */
+const SECTORS_AT = 2.6;
+/** Length and width of the drawn car, and where its axles are, m. */
+const CAR = { length: 4.2, width: 1.7, front: 1.3, rear: -1.3, wheel: 0.65 };
+/** Height of what is seen while the car is followed, m. */
+const FOLLOWED = 16;
+
+/** The last row at or before an instant. */
+export function rowAt(time: Float64Array, instant: number): number {
+  let [low, high] = [0, time.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if ((time[middle] as number) <= instant) low = middle + 1;
+    else high = middle;
+  }
+  return Math.max(0, low - 1);
+}
+
+interface View {
+  north: number;
+  east: number;
+  scale: number;
+}
+
+export class Stage extends Canvas {
+  #driven: Driven | null = null;
+  #compared: Driven | null = null;
+  #time = 0;
+  #isFollowing = true;
+
+  show(driven: Driven | null, compared: Driven | null): void {
+    this.#driven = driven;
+    this.#compared = compared;
+    this.redraw();
+  }
+
+  setTime(time: number): void {
+    this.#time = time;
+    this.redraw();
+  }
+
+  follow(isFollowing: boolean): void {
+    this.#isFollowing = isFollowing;
+    this.redraw();
+  }
+
+  #value(rows: Rows, name: string, row: number): number {
+    return rows.columns[name]?.[row] ?? Number.NaN;
+  }
+
+  #view(driven: Driven, row: number): View {
+    if (this.#isFollowing) {
+      return { north: this.#value(driven.car, 'north', row), east: this.#value(driven.car, 'east', row), scale: this.height / FOLLOWED };
+    }
+    let [south, north, west, east] = [Infinity, -Infinity, Infinity, -Infinity];
+    const include = (n: number, e: number): void => {
+      [south, north, west, east] = [Math.min(south, n), Math.max(north, n), Math.min(west, e), Math.max(east, e)];
+    };
+    for (const { car } of [driven, ...(this.#compared ? [this.#compared] : [])]) {
+      const [n, e] = [car.columns['north'], car.columns['east']];
+      n?.forEach((value, i) => include(value, e?.[i] ?? 0));
+    }
+    for (let i = 0; i < driven.obstacles.length; i += 3) include(driven.obstacles[i] as number, driven.obstacles[i + 1] as number);
+    const scale = Math.min((this.width - 60) / Math.max(8, east - west), (this.height - 60) / Math.max(8, north - south));
+    return { north: (south + north) / 2, east: (west + east) / 2, scale };
+  }
+
+  protected override draw(context: CanvasRenderingContext2D): void {
+    const driven = this.#driven;
+    if (!driven || driven.car.time.length === 0) return;
+    const row = rowAt(driven.car.time, this.#time);
+    const view = this.#view(driven, row);
+    const at = (north: number, east: number): [number, number] => [this.width / 2 + (east - view.east) * view.scale, this.height / 2 - (north - view.north) * view.scale];
+    const line = (norths: ArrayLike<number>, easts: ArrayLike<number>, colour: string, width: number, dash: number[] = []): void => {
+      context.beginPath();
+      for (let i = 0; i < norths.length; i++) context.lineTo(...at(norths[i] as number, easts[i] as number));
+      context.strokeStyle = colour;
+      context.lineWidth = width;
+      context.setLineDash(dash);
+      context.stroke();
+      context.setLineDash([]);
+    };
+    this.#drawGrid(context, view, at);
+    const even = driven.path.filter((_, i) => i % 2 === 0);
+    const odd = driven.path.filter((_, i) => i % 2 === 1);
+    line(even, odd, palette.value.muted, 1, [6, 5]);
+    this.#drawObstacles(context, driven, view, at);
+    if (this.#compared) line(this.#compared.car.columns['north'] ?? [], this.#compared.car.columns['east'] ?? [], palette.value.ghost, 1.5, [4, 5]);
+    const { columns } = driven.car;
+    line(columns['known_north'] ?? [], columns['known_east'] ?? [], palette.value.second, 1);
+    line(columns['north'] ?? [], columns['east'] ?? [], palette.value.estimate, 2);
+    if (driven.guidance.time.length > 0) this.#drawGuidance(context, driven, row, view, at);
+    if (this.#compared) this.#drawCar(context, this.#compared, rowAt(this.#compared.car.time, this.#time), view, at, palette.value.ghost);
+    this.#drawCar(context, driven, row, view, at, palette.value.ink);
+    this.#drawScale(context, view);
+  }
+
+  #drawGrid(context: CanvasRenderingContext2D, view: View, at: (n: number, e: number) => [number, number]): void {
+    const step = gridStep(view, this.width);
+    context.beginPath();
+    const [halfE, halfN] = [this.width / 2 / view.scale, this.height / 2 / view.scale];
+    for (let e = Math.ceil((view.east - halfE) / step) * step; e <= view.east + halfE; e += step) {
+      const x = Math.round(at(view.north, e)[0]) + 0.5;
+      context.moveTo(x, 0);
+      context.lineTo(x, this.height);
+    }
+    for (let n = Math.ceil((view.north - halfN) / step) * step; n <= view.north + halfN; n += step) {
+      const y = Math.round(at(n, view.east)[1]) + 0.5;
+      context.moveTo(0, y);
+      context.lineTo(this.width, y);
+    }
+    context.strokeStyle = palette.value.grid;
+    context.lineWidth = 1;
+    context.stroke();
+  }
+
+  #drawObstacles(context: CanvasRenderingContext2D, { obstacles }: Driven, view: View, at: (n: number, e: number) => [number, number]): void {
+    for (let i = 0; i < obstacles.length; i += 3) {
+      context.beginPath();
+      context.arc(...at(obstacles[i] as number, obstacles[i + 1] as number), Math.max(3, (obstacles[i + 2] as number) * view.scale), 0, 2 * Math.PI);
+      context.fillStyle = palette.value.threshold;
+      context.fill();
+    }
+  }
+
+  /** What guidance saw and chose at the last decision before the instant. */
+  #drawGuidance(context: CanvasRenderingContext2D, driven: Driven, row: number, view: View, at: (n: number, e: number) => [number, number]): void {
+    const { guidance, car } = driven;
+    const decision = rowAt(guidance.time, this.#time);
+    const [north, east, yaw] = ['north', 'east', 'yaw'].map((name) => this.#value(car, name, row)) as [number, number, number];
+    const [x, y] = at(north, east);
+    this.#drawSectors(context, driven, decision, x, y, view.scale);
+    for (let axis = 0; axis < AXES; axis++) {
+      const range = this.#value(guidance, `range_${axis + 1}`, decision);
+      if (!Number.isFinite(range)) continue;
+      const direction = yaw + FIRST_AXIS + BETWEEN_AXES * axis;
+      const end = at(north + range * Math.cos(direction), east + range * Math.sin(direction));
+      const isEcho = range < NO_ECHO;
+      context.beginPath();
+      context.moveTo(x, y);
+      context.lineTo(...end);
+      context.strokeStyle = isEcho ? palette.value.threshold : palette.value.hairline;
+      context.lineWidth = isEcho ? 1.6 : 1;
+      context.stroke();
+      if (isEcho) {
+        context.beginPath();
+        context.arc(...end, 3, 0, 2 * Math.PI);
+        context.fillStyle = palette.value.threshold;
+        context.fill();
+      }
+    }
+    const target = at(this.#value(guidance, 'target_north', decision), this.#value(guidance, 'target_east', decision));
+    context.beginPath();
+    context.arc(...target, 4, 0, 2 * Math.PI);
+    context.strokeStyle = palette.value['mode-1'];
+    context.lineWidth = 2;
+    context.stroke();
+    const chosen = this.#value(guidance, 'chosen_direction', decision);
+    if (Number.isFinite(chosen)) this.#drawArrow(context, x, y, chosen, (SECTORS_AT + 0.9) * view.scale);
+  }
+
+  #drawSectors(context: CanvasRenderingContext2D, driven: Driven, decision: number, x: number, y: number, scale: number): void {
+    const half = Math.PI / SECTORS;
+    for (let i = 0; i < SECTORS; i++) {
+      const magnitude = driven.magnitudes[decision * SECTORS + i] ?? 0;
+      const isBlocked = driven.blocked[decision * SECTORS + i] === 1;
+      if (!(magnitude > 0) && !isBlocked) continue;
+      // From north clockwise to the canvas's from east clockwise.
+      const middle = (2 * Math.PI * i) / SECTORS - Math.PI / 2;
+      const length = scale * Math.min(1, 0.2 + magnitude / 40);
+      context.beginPath();
+      context.arc(x, y, SECTORS_AT * scale, middle - half, middle + half);
+      context.arc(x, y, SECTORS_AT * scale + length, middle + half, middle - half, true);
+      context.closePath();
+      context.fillStyle = isBlocked ? palette.value.outage : palette.value['estimate-band'];
+      context.fill();
+    }
+  }
+
+  #drawArrow(context: CanvasRenderingContext2D, x: number, y: number, direction: number, length: number): void {
+    context.save();
+    context.translate(x, y);
+    context.rotate(direction);
+    context.beginPath();
+    context.moveTo(0, 0);
+    context.lineTo(0, -length);
+    context.moveTo(-5, -length + 8);
+    context.lineTo(0, -length);
+    context.lineTo(5, -length + 8);
+    context.strokeStyle = palette.value['mode-1'];
+    context.lineWidth = 2;
+    context.stroke();
+    context.restore();
+  }
+
+  #drawCar(context: CanvasRenderingContext2D, driven: Driven, row: number, view: View, at: (n: number, e: number) => [number, number], colour: string): void {
+    const [north, east, yaw, steer] = ['north', 'east', 'yaw', 'steer'].map((name) => this.#value(driven.car, name, row)) as [number, number, number, number];
+    context.save();
+    context.translate(...at(north, east));
+    context.rotate(yaw);
+    // Where obstacles stand, the car is as small as avoidance takes it to be. However far away, it can be seen.
+    const radius = driven.settings['car_radius'];
+    const size = driven.obstacles.length > 0 && typeof radius === 'number' ? (2 * radius) / CAR.length : 1;
+    const scale = Math.max(view.scale * size, 5);
+    const box = (forward: number, right: number, length: number, width: number, turn: number): void => {
+      context.save();
+      context.translate(right * scale, -forward * scale);
+      context.rotate(turn);
+      context.beginPath();
+      context.roundRect((-width / 2) * scale, (-length / 2) * scale, width * scale, length * scale, Math.min(width, length) * scale * 0.25);
+      context.restore();
+    };
+    context.lineWidth = 1.5;
+    context.strokeStyle = colour;
+    box(0, 0, CAR.length, CAR.width, 0);
+    context.stroke();
+    for (const right of [-0.75, 0.75]) {
+      for (const [forward, turn, name] of [[CAR.front, steer, right < 0 ? 'brake_fl' : 'brake_fr'], [CAR.rear, 0, right < 0 ? 'brake_rl' : 'brake_rr']] as const) {
+        box(forward, right, CAR.wheel, 0.24, Number.isFinite(turn) ? turn : 0);
+        // A wheel that brakes has another colour.
+        context.fillStyle = Math.abs(this.#value(driven.car, name, row)) > 20 ? palette.value.threshold : colour;
+        context.fill();
+      }
+    }
+    context.restore();
+  }
+
+  #drawScale(context: CanvasRenderingContext2D, view: View): void {
+    const step = gridStep(view, this.width);
+    const [x, y, length] = [10, this.height - 10, step * view.scale];
+    context.strokeStyle = palette.value.ink;
+    context.lineWidth = 1.5;
+    context.beginPath();
+    context.moveTo(x, y - 4);
+    context.lineTo(x, y);
+    context.lineTo(x + length, y);
+    context.lineTo(x + length, y - 4);
+    context.stroke();
+    context.fillStyle = palette.value.ink;
+    context.textAlign = 'left';
+    context.textBaseline = 'bottom';
+    context.fillText(`${formatSignificant(step, 1)} ${t.units.metres}`, x + 5, y - 3);
+  }
+}
+
+/** A round length near a fifth of the width. */
+function gridStep({ scale }: View, width: number): number {
+  const wanted = width / 5 / scale;
+  const power = 10 ** Math.floor(Math.log10(wanted));
+  return power * ([1, 2, 5, 10].find((m) => m * power >= wanted * 0.7) ?? 10);
+}

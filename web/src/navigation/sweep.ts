@@ -1,0 +1,198 @@
+/** The window moved over the whole drive: how the drift depends on where it lies, and its distribution. */
+
+import { h } from '../dom';
+import { t } from '../messages';
+import { LEFT, rangeOf, RIGHT, TIME_STEPS, VALUE_STEPS, valueLabels } from '../plot/axes';
+import { axis, shareOf, timeAt } from '../plot/axis';
+import { Canvas } from '../plot/strip';
+import { palette } from '../plot/palette';
+import type { Session } from '../session';
+import type { Span, Store } from '../state';
+import { formatFixed, formatSignificant, formatTime } from '../units';
+import { Cancelled, type Pending } from '../worker/rpc';
+import { BASE } from './curves';
+import type { Blind, Drift, Sensor, Swept } from './door';
+
+const TOP = 6;
+const BOTTOM = 18;
+
+/** Distance at the end of each window over where it began. */
+class SweepPlot extends Canvas {
+  drifts: readonly Drift[] = [];
+  view: Span = { t0: 0, t1: 1 };
+  start = 0;
+
+  x(time: number): number {
+    return LEFT + shareOf(time, this.view) * (this.width - LEFT - RIGHT);
+  }
+
+  protected override draw(context: CanvasRenderingContext2D): void {
+    const values = this.drifts.map(endOf);
+    const high = rangeOf([[0, ...values]], 1, false)[1];
+    const floor = this.height - BOTTOM;
+    const y = (value: number): number => floor - (value / high) * (floor - TOP);
+    const step = VALUE_STEPS.find((s) => high / s <= 4) ?? high;
+    const ticks = Array.from({ length: Math.floor(high / step) + 1 }, (_, i) => i * step);
+    const labels = valueLabels(ticks, step);
+    context.textBaseline = 'middle';
+    context.textAlign = 'right';
+    ticks.forEach((tick, i) => {
+      context.fillStyle = palette.value.grid;
+      context.fillRect(LEFT, Math.round(y(tick)), this.width - LEFT - RIGHT, 1);
+      context.fillStyle = palette.value.muted;
+      context.fillText(labels[i] ?? '', LEFT - 5, y(tick));
+    });
+    context.textAlign = 'center';
+    context.textBaseline = 'top';
+    for (const time of this.#instants()) {
+      context.fillStyle = palette.value.muted;
+      context.fillText(formatTime(time - this.start, 0), this.x(time), floor + 5);
+    }
+    context.save();
+    context.beginPath();
+    context.rect(LEFT, 0, this.width - LEFT - RIGHT, this.height);
+    context.clip();
+    this.drifts.forEach((drift, i) => {
+      const value = values[i];
+      if (value === null || value === undefined) return;
+      const [x, top] = [this.x(drift.window[0]), y(value)];
+      context.fillStyle = palette.value.blind;
+      context.fillRect(x - 0.75, top, 1.5, floor - top);
+      context.beginPath();
+      context.arc(x, top, 3, 0, 2 * Math.PI);
+      context.fill();
+    });
+    context.restore();
+  }
+
+  /** Round instants to be written below the plot; over distance those at even places. */
+  #instants(): number[] {
+    const { t0, t1 } = this.view;
+    const most = Math.max(2, Math.floor((this.width - LEFT - RIGHT) / 84));
+    if (axis.value.kind === 'distance') return Array.from({ length: most }, (_, i) => timeAt((i + 0.5) / most, this.view));
+    const step = TIME_STEPS.find((s) => (t1 - t0) / s <= most) ?? t1 - t0;
+    const first = Math.ceil((t0 - this.start) / step - 1e-9);
+    const last = Math.floor((t1 - this.start) / step + 1e-9);
+    return Array.from({ length: Math.max(0, last - first + 1) }, (_, i) => this.start + (first + i) * step);
+  }
+}
+
+/** Distance at the end of a window, m; null where there is none. */
+export function endOf(drift: Drift): number | null {
+  const distance = drift.at[drift.at.length - 1]?.distance;
+  return typeof distance === 'number' && Number.isFinite(distance) ? distance : null;
+}
+
+/** The window with the largest drift at its end. */
+export function worstOf(drifts: readonly Drift[]): Drift | null {
+  return drifts.reduce<Drift | null>((worst, d) => ((endOf(d) ?? -1) > (worst ? (endOf(worst) ?? -1) : -1) ? d : worst), null);
+}
+
+export class SweepPanel {
+  readonly element: HTMLElement;
+  readonly #store: Store;
+  readonly #session: Session;
+  readonly #isThere: (sensor: Sensor) => boolean;
+  readonly #blind: (window: Blind) => void;
+  readonly #sensor = h('select', { 'aria-label': t.navigation.sweep.sensor });
+  readonly #length = number('60', 5, 600, t.navigation.sweep.length);
+  readonly #step = number('20', 1, 600, t.navigation.sweep.step);
+  readonly #button = h('button', { type: 'button' }, t.navigation.sweep.go);
+  readonly #bar = h('progress', { max: 1, 'aria-label': t.work.progress, hidden: true });
+  readonly #result = h('div.sweep-result');
+  readonly #host = h('div.sweep-plot', { role: 'img', hidden: true });
+  readonly #plot: SweepPlot;
+  #pending: Pending<Swept> | null = null;
+
+  constructor(store: Store, session: Session, isThere: (sensor: Sensor) => boolean, blind: (window: Blind) => void) {
+    this.#store = store;
+    this.#session = session;
+    this.#isThere = isThere;
+    this.#blind = blind;
+    const texts = t.navigation.sweep;
+    const unit = (): HTMLElement => h('span', {}, t.units.seconds);
+    const form = h('div.sweep-form', {}, h('h3', {}, texts.title), this.#sensor, h('label', {}, texts.lengthShort, this.#length), unit(), h('label', {}, texts.stepShort, this.#step), unit(), this.#button, this.#bar);
+    this.#button.addEventListener('click', () => (this.#pending ? this.#pending.cancel() : void this.#go()));
+    this.#plot = new SweepPlot(this.#host);
+    store.window.watch((view) => {
+      this.#plot.view = view;
+      this.#plot.redraw();
+    });
+    this.element = h('section.sweep', { 'aria-label': texts.title }, form, this.#result, this.#host);
+  }
+
+  /** What can be blinded may have changed. */
+  refresh(): void {
+    const sensors = (['gnss', 'odometer'] as const).filter((s) => this.#isThere(s));
+    const chosen = this.#sensor.value;
+    this.#sensor.replaceChildren(...sensors.map((s) => h('option', { value: s, selected: s === chosen }, t.navigation.rows[s])));
+    this.#button.disabled = sensors.length === 0 || this.#store.run(BASE).value.reply === null;
+  }
+
+  /** What was swept belongs to a run that is no longer there. */
+  forget(): void {
+    this.#pending?.cancel();
+    this.#result.replaceChildren();
+    this.#host.hidden = true;
+    this.refresh();
+  }
+
+  async #go(): Promise<void> {
+    const store = this.#store;
+    const { params, vehicle } = store.tuning.value;
+    const sensor = this.#sensor.value as Sensor;
+    const [length, step] = [this.#length.valueAsNumber, this.#step.valueAsNumber];
+    if (!this.#length.reportValidity() || !this.#step.reportValidity()) return;
+    // Forward only: looking back takes as long again, and fills the windows in from behind.
+    const pending = this.#session.rpc.start('sweep', { estimator: BASE, params: { ...params[BASE], smoother: 'off' }, vehicle, plan: { sensor, length, step, recovery: length } }, ({ fraction }) => {
+      this.#bar.value = fraction ?? 0;
+    });
+    this.#pending = pending;
+    this.#result.replaceChildren();
+    this.#host.hidden = true;
+    this.#bar.value = 0;
+    this.#working(true);
+    try {
+      this.#show(sensor, length, await pending.answer);
+    } catch (reason) {
+      const text = reason instanceof Cancelled ? t.navigation.sweep.stopped : reason instanceof Error ? reason.message : String(reason);
+      this.#result.replaceChildren(h('p.note', { role: 'status' }, text));
+    } finally {
+      this.#pending = null;
+      this.#working(false);
+    }
+  }
+
+  #working(isWorking: boolean): void {
+    this.#bar.hidden = !isWorking;
+    this.#button.textContent = isWorking ? t.navigation.sweep.stop : t.navigation.sweep.go;
+  }
+
+  #show(sensor: Sensor, length: number, { drifts, distribution }: Swept): void {
+    const texts = t.navigation.sweep;
+    if (drifts.length === 0) {
+      this.#result.replaceChildren(h('p.note', { role: 'status' }, texts.none));
+      return;
+    }
+    const cells = (metres: number[], shares: number[]): HTMLElement[] =>
+      metres.map((m, i) => h('td', {}, `${formatFixed(m, 2)} m`, Number.isFinite(shares[i]) ? h('small', {}, ` ${formatSignificant(100 * (shares[i] as number), 2)} %`) : null));
+    const rows = distribution.map((d) => h('tr', {}, h('th', { scope: 'row' }, t.navigation.table.after(formatFixed(d.after, 0))), ...cells(d.distance, d.share)));
+    const head = ['', texts.median, texts.p95, texts.largest].map((text) => (text === '' ? h('td') : h('th', { scope: 'col' }, text)));
+    const table = h('table.numbers', {}, h('caption', {}, texts.caption(t.navigation.rows[sensor], drifts.length, length)), h('thead', {}, h('tr', {}, ...head)), h('tbody', {}, ...rows));
+    const worst = worstOf(drifts);
+    const show = worst && h('button.quiet', { type: 'button', onclick: () => this.#blind({ sensor, t0: worst.window[0], t1: worst.window[1] }) }, texts.worst(formatTime(this.#store.sinceStart(worst.window[0]), 0)));
+    this.#result.replaceChildren(table, ...(show ? [show] : []), h('p.plot-title', {}, texts.plot(formatFixed(length, 0))));
+    this.#host.setAttribute('aria-label', texts.plot(formatFixed(length, 0)));
+    this.#host.hidden = false;
+    Object.assign(this.#plot, { drifts, start: this.#store.span.value.t0 });
+    this.#plot.redraw();
+  }
+
+  canvases(): HTMLCanvasElement[] {
+    return this.#host.hidden ? [] : [this.#plot.canvas];
+  }
+}
+
+function number(value: string, min: number, max: number, label: string): HTMLInputElement {
+  return h('input.number', { type: 'number', value, min, max, step: 'any', required: true, 'aria-label': label });
+}

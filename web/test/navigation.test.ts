@@ -1,0 +1,102 @@
+import { expect, test } from 'vitest';
+import type { Blind, Drift } from '../src/navigation/door';
+import { driftAt, driftText } from '../src/navigation/drift-table';
+import { isPossible, makeFault, signalsFor, signalUnit, usualAmount } from '../src/navigation/fault-kinds';
+import { endOf, worstOf } from '../src/navigation/sweep';
+import { dragged, moved, parseTime, tidy, windowAt, windowOf } from '../src/navigation/windows';
+import { held } from '../src/plot/gaps';
+import { ellipseOf, readable } from '../src/plot/ellipse';
+
+const DRIVE = { t0: 100, t1: 400 };
+const blind = (t0: number, t1: number, sensor: Blind['sensor'] = 'gnss'): Blind => ({ sensor, t0, t1 });
+
+test('a window drawn backwards or over the edge lies inside the drive, its ends in order and apart', () => {
+  expect(windowOf('gnss', 180, 120, DRIVE)).toEqual(blind(120, 180));
+  expect(windowOf('mag', 90, 110, DRIVE)).toEqual(blind(100, 110, 'mag'));
+  expect(windowOf('gnss', 400, 400, DRIVE)).toEqual(blind(399.5, 400));
+});
+
+test('a window moved against the end of the drive keeps its length', () => {
+  expect(moved(blind(350, 390), 30, DRIVE)).toEqual(blind(360, 400));
+  expect(moved(blind(110, 120), -30, DRIVE)).toEqual(blind(100, 110));
+});
+
+test('windows of one sensor that touch become one, those of two sensors stay apart', () => {
+  const all = [blind(200, 220), blind(150, 160, 'odometer'), blind(120, 180), blind(180, 190), blind(185, 230, 'mag')];
+  expect(tidy(all)).toEqual([blind(120, 190), blind(200, 220), blind(185, 230, 'mag'), blind(150, 160, 'odometer')]);
+});
+
+test('near an end it is the end that is taken hold of, within a window the window, of a short one too', () => {
+  const windows = [blind(120, 180), blind(200, 203), blind(150, 170, 'odometer')];
+  expect(windowAt(windows, 'gnss', 122, 5)).toMatchObject({ index: 0, part: 'start' });
+  expect(windowAt(windows, 'gnss', 183, 5)).toMatchObject({ index: 0, part: 'end' });
+  expect(windowAt(windows, 'gnss', 150, 5)).toMatchObject({ index: 0, part: 'whole' });
+  expect(windowAt(windows, 'gnss', 201.5, 5)).toMatchObject({ index: 1, part: 'whole' });
+  expect(windowAt(windows, 'gnss', 195, 2)).toBeNull();
+  expect(windowAt(windows, 'mag', 150, 5)).toBeNull();
+});
+
+test('an end dragged past the other turns the window round instead of making its length negative', () => {
+  expect(dragged(blind(120, 180), 'start', 80, DRIVE)).toEqual(blind(180, 200));
+  expect(dragged(blind(120, 180), 'end', 30, DRIVE)).toEqual(blind(120, 210));
+  expect(dragged(blind(120, 180), 'whole', 30, DRIVE)).toEqual(blind(150, 210));
+});
+
+test('a time is typed as seconds, minutes or hours; anything else is no number', () => {
+  expect([parseTime('90'), parseTime('1:30.5'), parseTime('1:01:30'), parseTime(' 2,5 ')]).toEqual([90, 90.5, 3690, 2.5]);
+  for (const text of ['', 'soon', '1:', '-3', '1:2:3:4']) expect(parseTime(text)).toBeNaN();
+});
+
+test('the drift is told at times that the window reaches and at its end', () => {
+  const at = (after: number, distance: number | null): Drift['at'][number] => ({ after, distance, growth: distance, share: 0.01, yaw: 0 });
+  const drift: Drift = { window: [120, 165], driven: 500, largest: 3, at: [at(10, 0.5), at(30, 1), at(45, 2.25)] };
+  const window = blind(120, 165);
+  expect(driftAt(drift, window, 30)?.distance).toBe(1);
+  expect(driftAt(drift, window, 60)).toBeNull();
+  expect(driftText(driftAt(drift, window, 0))).toBe('2.25 m (1.0 %)');
+  expect(driftText(null)).toBe('–');
+  expect(driftText({ ...at(10, null), share: null })).toBe('–');
+  const worse = { ...drift, at: [at(45, 9)] };
+  const unknown = { ...drift, at: [at(45, null)] };
+  expect(worstOf([drift, unknown, worse])).toBe(worse);
+  expect(endOf(unknown)).toBeNull();
+});
+
+test('an ellipse lies along the direction in which the errors go together', () => {
+  const diagonal = ellipseOf(0, 0, 1, 1, 0.5);
+  expect(diagonal?.bearing).toBeCloseTo(Math.PI / 4, 12);
+  expect(diagonal?.long).toBeCloseTo(3 * Math.sqrt(1.5), 12);
+  expect(diagonal?.short).toBeCloseTo(3 * Math.sqrt(0.5), 12);
+  expect(ellipseOf(0, 0, 1, 1, -0.5)?.bearing).toBeCloseTo(-Math.PI / 4, 12);
+  // East is the worse known one: the long axis lies to the east.
+  expect(Math.abs(ellipseOf(0, 0, 1, 2, 0)?.bearing ?? 0)).toBeCloseTo(Math.PI / 2, 12);
+  expect(ellipseOf(0, 0, 2, 1, Number.NaN)?.bearing).toBeCloseTo(0, 12);
+  expect(ellipseOf(0, 0, Number.NaN, 1, 0)).toBeNull();
+});
+
+test('ellipses along a path are drawn where they can be told apart, and not where they are dots', () => {
+  const row = Array.from({ length: 100 }, (_, i) => ellipseOf(i, 0, 1, 1, 0) ?? { north: 0, east: 0, long: 0, short: 0, bearing: 0 });
+  expect(readable(row, 0.5)).toEqual([]);
+  const drawn = readable(row, 2);
+  expect(drawn.length).toBeGreaterThan(4);
+  for (let i = 1; i < drawn.length; i++) expect(2 * ((drawn[i]?.north ?? 0) - (drawn[i - 1]?.north ?? 0))).toBeGreaterThanOrEqual(34);
+});
+
+test('single values become a staircase that ends where none follows for long', () => {
+  const gap = Number.NaN;
+  expect([...held([1, gap, gap, 2, gap, gap], [0, 0.5, 1, 1.5, 2, 4], 1)]).toEqual([1, 1, 1, 2, 2, gap]);
+});
+
+test('a fault offers only what can fail so, with the amount in its unit', () => {
+  const channels = [{ name: 'imu', columns: ['accel_x', 'gyro_z'] }, { name: 'gnss', columns: ['gnss_lat', 'gnss_nsat', 'gnss_std_n'] }];
+  // One step for a whole channel would add metres to radians.
+  expect(signalsFor('bias', channels)).toEqual(['accel_x', 'gyro_z', 'gnss_lat']);
+  expect(signalsFor('freeze', channels)).toEqual(['imu', 'gnss', 'accel_x', 'gyro_z', 'gnss_lat']);
+  expect(signalsFor('clock_jump', channels)).toEqual([]);
+  expect([signalUnit('bias', 'gyro_z'), signalUnit('delay', 'gyro_z'), signalUnit('multipath', '')]).toEqual(['rad/s', 's', 'm']);
+  expect(usualAmount('bias', 'gnss_lat') * 6.37e6).toBeCloseTo(10, 0);
+  expect([isPossible('clock_jump', channels, false), isPossible('multipath', channels, false), isPossible('multipath', channels.slice(0, 1), false), isPossible('bias', [], true)]).toEqual([false, true, false, false]);
+  const form = { signal: 'imu', amount: 4, satellites: 2.4, from: 1, to: 2, seed: 7 };
+  expect(makeFault('noise', form)).toEqual({ kind: 'noise', signal: 'imu', factor: 4, from: 1, to: 2, seed: 7 });
+  expect(makeFault('multipath', form)).toEqual({ kind: 'multipath', metres: 4, satellites: 2, from: 1, to: 2, seed: 7 });
+});
