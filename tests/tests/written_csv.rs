@@ -96,7 +96,7 @@ impl Random {
         let value = match self.next() >> 61 {
             0..3 => f64::from_bits(bits),
             3..6 => (bits as i64) as f64 * (std::f64::consts::PI / 9.3e18),
-            6 => f64::from_bits(bits & (1 << 63 | (1 << 52) - 1)),
+            6 => f64::from_bits(bits & ((1 << 63) | ((1 << 52) - 1))),
             _ => EDGES[(bits >> 32) as usize % EDGES.len()],
         };
         if value.is_finite() { value } else { -0.0 }

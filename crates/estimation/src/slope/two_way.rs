@@ -8,7 +8,6 @@
 
 use drivescope_drive::channel::{Channel, OutOfOrder, Record, Series};
 use drivescope_drive::drive::{Drive, Epoch};
-use drivescope_drive::signals::{Gnss, Imu, Wheels};
 use drivescope_drive::vehicle::VehicleParams;
 
 use super::{Slope, SlopeEstimate, SlopeParams};
@@ -27,37 +26,54 @@ pub(super) struct Backward {
     done: f64,
 }
 
-fn reversed<R: Record>(channel: &Channel<R>, turn: impl Fn(R) -> R) -> Result<Channel<R>, OutOfOrder> {
-    let mut out = Channel::default();
-    out.reserve(channel.len());
-    (0..channel.len()).rev().try_for_each(|i| {
-        let (time, sample) = channel.at(i);
-        out.push(-time, turn(sample))
-    })?;
-    Ok(out)
+/// Columns that change their sign when time is played backward.
+const TURNED: [&str; 11] = [
+    "gyro_x",
+    "gyro_y",
+    "gyro_z",
+    "speed",
+    "wheel_speed_fl",
+    "wheel_speed_fr",
+    "wheel_speed_rl",
+    "wheel_speed_rr",
+    "gnss_vn",
+    "gnss_ve",
+    "gnss_vd",
+];
+
+/// Times and columns of a series played backward; a course has no meaning then.
+fn reversed(series: Series) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let (mut time, schema, mut columns) = series.into_columns();
+    time.reverse();
+    time.iter_mut().for_each(|t| *t = -*t);
+    for (column, values) in schema.iter().zip(&mut columns) {
+        values.reverse();
+        if TURNED.contains(&column.name) {
+            values.iter_mut().for_each(|v| *v = -*v);
+        } else if column.name == "course" {
+            values.fill(f64::NAN);
+        }
+    }
+    (time, columns)
 }
 
-/// The drive played backward: time is negated, and with it every speed and turn rate. Truth is left out.
+/// The drive played backward: time is negated, and with it every speed and turn rate. Truth and the sensors that the slope
+/// does not use are left out.
 ///
 /// # Errors
 /// [`OutOfOrder`], which a drive that was put together cannot cause.
-pub fn played_backward(drive: &Drive) -> Result<Drive, OutOfOrder> {
-    let imu = |s: Imu| Imu { gyro_x: -s.gyro_x, gyro_y: -s.gyro_y, gyro_z: -s.gyro_z, ..s };
-    let wheels = |s: Wheels| Wheels {
-        speed: -s.speed,
-        wheel_speed_fl: -s.wheel_speed_fl,
-        wheel_speed_fr: -s.wheel_speed_fr,
-        wheel_speed_rl: -s.wheel_speed_rl,
-        wheel_speed_rr: -s.wheel_speed_rr,
-    };
-    let gnss = |s: Gnss| Gnss { v_north: -s.v_north, v_east: -s.v_east, v_down: -s.v_down, course: f64::NAN, ..s };
+pub fn played_backward(drive: Drive) -> Result<Drive, OutOfOrder> {
+    fn turned<R: Record>(channel: Channel<R>) -> Result<Channel<R>, OutOfOrder> {
+        let (time, columns) = reversed(channel.into_series());
+        Channel::from_columns(time, columns)
+    }
     Ok(Drive {
-        imu: reversed(&drive.imu, imu)?,
-        wheels: reversed(&drive.wheels, wheels)?,
-        steering: reversed(&drive.steering, |s| s)?,
-        gnss: reversed(&drive.gnss, gnss)?,
-        baro: reversed(&drive.baro, |s| s)?,
-        vehicle: drive.vehicle.clone(),
+        imu: turned(drive.imu)?,
+        wheels: turned(drive.wheels)?,
+        steering: turned(drive.steering)?,
+        gnss: turned(drive.gnss)?,
+        baro: turned(drive.baro)?,
+        vehicle: drive.vehicle,
         ..Drive::default()
     })
 }
@@ -104,7 +120,7 @@ impl Backward {
         // Given up unless this step succeeds.
         self.done = 1.0;
         if self.run.is_none() {
-            self.drive = played_backward(&self.drive)?;
+            self.drive = played_backward(std::mem::take(&mut self.drive))?;
             let stiff = SlopeParams {
                 two_way: false,
                 wheel_latency: 0.0,
@@ -116,7 +132,7 @@ impl Backward {
         }
         let Some(run) = &mut self.run else { return Ok(1.0) };
         if run.advance(&self.drive, steps)? {
-            join(rows, run.estimates().series());
+            join(rows, run.estimates().series())?;
             (self.run, self.drive) = (None, Drive::default());
         } else {
             self.done = run.fraction(&self.drive).min(0.999);
@@ -126,19 +142,26 @@ impl Backward {
 }
 
 /// Put the mean of both directions into the rows of the forward one.
-fn join(rows: &mut Channel<SlopeEstimate>, backward: &Series) {
-    let columns = ["speed", "grade", "grade_sigma", "altitude", "altitude_sigma"].map(|name| backward.index_of(name));
-    for row in 0..rows.len() {
-        let (time, mut own) = rows.at(row);
-        let at = |column: Option<usize>| column.map_or(f64::NAN, |c| backward.interpolate(c, -time, WIDEST_GAP));
-        let [speed, grade, grade_sigma, altitude, altitude_sigma] = columns.map(at);
-        if speed.is_finite() {
-            own.speed = 0.5 * (own.speed - speed);
+fn join(rows: &mut Channel<SlopeEstimate>, backward: &Series) -> Result<(), OutOfOrder> {
+    const PAIRS: [[&str; 2]; 2] = [["grade", "grade_sigma"], ["altitude", "altitude_sigma"]];
+    let forward = std::mem::take(rows).into_series();
+    let index = |name| forward.index_of(name).zip(backward.index_of(name));
+    let (speed, pairs) = (index("speed"), PAIRS.map(|pair| pair.map(index)));
+    let (time, _, mut columns) = forward.into_columns();
+    for (row, &time) in time.iter().enumerate() {
+        let back = |column: usize| backward.interpolate(column, -time, WIDEST_GAP);
+        if let Some((own, other)) = speed.filter(|s| back(s.1).is_finite()) {
+            columns[own][row] = 0.5 * (columns[own][row] - back(other));
         }
-        (own.grade, own.grade_sigma) = mean((own.grade, own.grade_sigma), (grade, grade_sigma));
-        (own.altitude, own.altitude_sigma) = mean((own.altitude, own.altitude_sigma), (altitude, altitude_sigma));
-        rows.replace(row, own);
+        for pair in &pairs {
+            if let [Some((value, other)), Some((sigma, other_sigma))] = *pair {
+                let own = (columns[value][row], columns[sigma][row]);
+                (columns[value][row], columns[sigma][row]) = mean(own, (back(other), back(other_sigma)));
+            }
+        }
     }
+    *rows = Channel::from_columns(time, columns)?;
+    Ok(())
 }
 
 /// Run the slope estimator forward and backward over `drive` and join both.

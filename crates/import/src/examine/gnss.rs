@@ -104,7 +104,7 @@ struct Pair {
 fn moves_like_a_place(values: &[(f64, f64)], factor: f64) -> bool {
     let range = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |r, v| [r[0].min(v.1), r[1].max(v.1)]);
     let metres = factor * 6.37e6;
-    if range[0].abs().max(range[1].abs()) * factor > 6.2832 || (range[1] - range[0]) * metres < 15.0 {
+    if range[0].abs().max(range[1].abs()) * factor > std::f64::consts::TAU || (range[1] - range[0]) * metres < 15.0 {
         return false;
     }
     let fast =
@@ -200,9 +200,12 @@ pub(crate) fn find(s: &mut Survey) -> Option<Motion> {
     by_speed.or(motion)
 }
 
+/// A column that may be a latitude or longitude: unit, factor to rad, samples.
+type Fit = (usize, &'static str, f64, Vec<(f64, f64)>);
+
 fn pairs(s: &Survey) -> Vec<Pair> {
     let columns = s.columns(Kind::Place);
-    let mut fits: Vec<(usize, &'static str, f64, Vec<(f64, f64)>)> = Vec::new();
+    let mut fits: Vec<Fit> = Vec::new();
     for &c in &columns {
         let values = samples(&s.scene.fields[c]);
         for (unit, factor) in ANGLES {
@@ -213,7 +216,7 @@ fn pairs(s: &Survey) -> Vec<Pair> {
     }
     let mut out = Vec::new();
     for a in &fits {
-        let half_circle = a.3.iter().all(|v| (v.1 * a.2).abs() < 1.5708);
+        let half_circle = a.3.iter().all(|v| (v.1 * a.2).abs() < std::f64::consts::FRAC_PI_2);
         for b in fits.iter().filter(|b| half_circle && b.0 != a.0 && b.1 == a.1) {
             let track = track(&a.3, &b.3, a.2);
             if 2 * track.len() > a.3.len() {

@@ -47,8 +47,8 @@ impl Normal {
     pub fn solve(&self, n: usize) -> Solved {
         let inverse = self.inverse(n);
         let mut out = Solved { count: self.count, ..Solved::default() };
-        for i in 0..n {
-            out.x[i] = (0..n).map(|j| inverse[i][j] * self.b[j]).sum();
+        for (x, row) in out.x.iter_mut().zip(&inverse).take(n) {
+            *x = row.iter().zip(&self.b).take(n).map(|(a, b)| a * b).sum();
         }
         let fitted: f64 = (0..n).map(|i| out.x[i] * self.b[i]).sum();
         let left = (self.squares - fitted).max(0.0);
@@ -56,8 +56,8 @@ impl Normal {
         let free = (self.count - n as f64).max(1.0);
         out.residual = (left / free).sqrt();
         out.explained = (1.0 - left / spread).clamp(0.0, 1.0);
-        for i in 0..n {
-            out.sigma[i] = if inverse[i][i] > 0.0 { out.residual * inverse[i][i].sqrt() } else { f64::INFINITY };
+        for (i, (sigma, row)) in out.sigma.iter_mut().zip(&inverse).take(n).enumerate() {
+            *sigma = if row[i] > 0.0 { out.residual * row[i].sqrt() } else { f64::INFINITY };
         }
         out
     }

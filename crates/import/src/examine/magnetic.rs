@@ -119,7 +119,7 @@ pub(crate) fn find(s: &Survey, heading: &[f64], earth: &Earth, lean: Option<&[Ve
         for j in i + 1..fits.len() {
             for k in j + 1..fits.len() {
                 let three = [&fits[i], &fits[j], &fits[k]];
-                let found = calibrated(three, earth).or_else(|| judge(three, earth, span));
+                let found = calibrated(three).or_else(|| judge(three, earth, span));
                 if let Some(c) = found.filter(|c| best.is_none_or(|b| c.cost < b.cost)) {
                     best = Some(c);
                 }
@@ -137,7 +137,7 @@ struct Fits {
 }
 
 /// Three columns as a magnetometer without offset: then even a quarter turn tells how it sits.
-fn calibrated(a: [&Fits; 3], _earth: &Earth) -> Option<Compass> {
+fn calibrated(a: [&Fits; 3]) -> Option<Compass> {
     let take = |k: usize| a.map(|f| f.clean.x[k]);
     let parts = [take(0), take(1), take(2)];
     let size = (norm(parts[0]) * norm(parts[1]) * norm(parts[2])).cbrt();

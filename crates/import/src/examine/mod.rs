@@ -175,21 +175,33 @@ fn agreement(s: &Survey, names: &[Option<Candidate>]) -> (usize, usize) {
 fn fill(s: &mut Survey, p: &Proposal) {
     for (signal, source) in &p.mapping.signals {
         let Some(column) = s.table.columns.iter().position(|c| c.name == source.column) else { continue };
-        if s.roles[column].is_some() || s.of(signal).is_some() {
+        let entry = p.entries.iter().find(|e| e.signal == *signal);
+        let (signal, turn) = moved(s, signal);
+        if s.roles[column].is_some() || s.of(&signal).is_some() {
             continue;
         }
-        let entry = p.entries.iter().find(|e| e.signal == *signal);
         let why = entry.map_or(String::new(), |e| e.why.clone());
         let confidence = entry.map_or(Confidence::Guess, |e| e.confidence).min(Confidence::Likely);
         s.roles[column] = Some(Role {
-            signal: signal.clone(),
-            unit: source.unit.clone().unwrap_or_else(|| canonical_unit(signal).into()),
-            scale: source.scale,
+            unit: source.unit.clone().unwrap_or_else(|| canonical_unit(&signal).into()),
+            signal,
+            scale: source.scale * turn,
             offset: source.offset,
             confidence,
             why: format!("{why}; by name only, this drive does not show it"),
         });
     }
+}
+
+/// A gyro sits in the housing of the accelerometer: where that was found to stand otherwise than named, so does the gyro.
+fn moved(s: &Survey, signal: &str) -> (String, f64) {
+    let accel = signal.strip_prefix("gyro_").map(|axis| format!("accel_{axis}"));
+    let found = s.names.iter().zip(&s.roles).find_map(|(name, role)| {
+        let (name, role) = (name.as_ref()?, role.as_ref()?);
+        let axis = role.signal.strip_prefix("accel_")?;
+        (Some(&name.signal) == accel.as_ref()).then(|| (format!("gyro_{axis}"), role.scale * name.scale))
+    });
+    found.unwrap_or((signal.to_owned(), 1.0))
 }
 
 /// A finished survey on its way out.
