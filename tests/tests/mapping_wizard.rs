@@ -82,7 +82,6 @@ struct Scramble {
 
 /// A drive as simulated, with what its truth excites.
 struct Source {
-    name: &'static str,
     drive: Drive,
     /// Delays of the sensors as simulated: fixes, wheels and steering.
     own: [f64; 2],
@@ -117,7 +116,7 @@ fn source(name: &'static str, seconds: f64) -> Source {
         .collect();
     let turns = drive.imu.column("gyro_z").unwrap().iter().map(|w| w.abs()).fold(0.0, f64::max);
     let climb = spread(drive.truth.column("alt").unwrap_or(&[0.0]));
-    Source { name, own, sharpest_turn: turns, climb, heading: spread(&turned), drive }
+    Source { own, sharpest_turn: turns, climb, heading: spread(&turned), drive }
 }
 
 struct Builder<'a> {

@@ -158,6 +158,8 @@ fn navigation_cases_match_the_reference_outside_faults() {
         let Some(log_path) = shared(&format!("spec/navigation/{log}.csv.gz")) else { return };
         let Some(expected) = shared(&format!("spec/navigation/expected/{reference}.csv.gz")) else { return };
         params["initial_yaw"] = json!(if log == "urban" { yaw_urban } else { yaw_table1 });
+        // The specification's filter begins with the gyros' biases unknown, whatever they read at rest.
+        params["resting_gyro_bias"] = json!(false);
         let (_, series) = estimate(&log_path, "gnss_ins", &params);
         let (position, yaw) = navigation_difference(&series, &table(&expected), faults);
         assert!(position <= 0.02, "{reference}: position differs by {position} m");

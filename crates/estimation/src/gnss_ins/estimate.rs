@@ -115,7 +115,7 @@ record! {
         /// Normalized innovation squared of the non-holonomic constraint. Below 1 because its sigma leaves room for sideslip in
         /// corners.
         nhc_nis: "1", nis 2;
-        /// Normalized innovation squared of the zero velocity of a standing car. Small while the car
+        /// Normalized innovation squared of the zero velocity of a standing car. Below 1 while the car
         /// stands and far above 1 where wheels read zero although the car already moves, or rolls out: the gate refuses those.
         zupt_nis: "1", nis 3;
         /// Normalized innovation squared of the zero rate of a standing car. Far above 1 where

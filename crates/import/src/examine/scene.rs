@@ -197,7 +197,8 @@ fn released(samples: &[(f64, f64)], period: f64) -> Option<Vec<(f64, f64)>> {
 fn average(samples: &[(f64, f64)], grid: &mut [f64]) {
     let mut counts = vec![0_u32; grid.len()];
     for (t, v) in samples {
-        let bin = ((t / STEP) as usize).min(grid.len() - 1);
+        // 0.3 / 0.1 is a little below 3.
+        let bin = ((t / STEP + 1e-6) as usize).min(grid.len() - 1);
         grid[bin] = if counts[bin] == 0 { *v } else { grid[bin] + v };
         counts[bin] += 1;
     }
