@@ -118,8 +118,8 @@ record! {
         /// Normalized innovation squared of the zero velocity of a standing car. Below 1 while the car
         /// stands and far above 1 where wheels read zero although the car already moves, or rolls out: the gate refuses those.
         zupt_nis: "1", nis 3;
-        /// Normalized innovation squared of the zero rate of a standing car. Far above 1 where
-        /// wheels read zero while the body still rocks on its springs: the gate refuses those.
+        /// Normalized innovation squared of the zero rate of a standing car. Below 1 where the gyros
+        /// are quieter than stated, far above 1 where wheels read zero while the body still rocks on its springs: the gate refuses those.
         zaru_nis: "1", nis 3;
         /// Normalized innovation squared of the pseudoranges of an instant, mean over the satellites. Below 1 where the errors of
         /// satellites are correlated over minutes.
