@@ -285,7 +285,7 @@ fn several_files_of_any_format_are_one_drive() {
 /// The second table of a receiver is a log of its own: `gnss` runs on it, and says its place from a given origin.
 #[test]
 fn raw_ranges_alone_are_a_log_and_an_origin_can_be_given() {
-    let folder = Folder::new("raw");
+    let folder = Folder::new("raw-alone");
     let (log, raw, out) = (folder.path("log.csv"), folder.path("raw.csv"), folder.path("out.csv"));
     let spec = ["--set", "duration=30", "--gnss-raw", &raw];
     let run = drivescope(&[&["simulate", "table1", "--out", &log], &spec[..]].concat());
