@@ -1,6 +1,7 @@
 /** A closed loop seen from above: path, obstacles, the way driven, and at one instant the car with its ring and sectors. */
 
 import { Canvas } from '../plot/strip';
+import { type Camera, drawBar, drawGrid } from '../plot/ground';
 import { palette } from '../plot/palette';
 import { formatSignificant } from '../units';
 import { t } from '../messages';
@@ -30,12 +31,6 @@ export function rowAt(time: Float64Array, instant: number): number {
   return Math.max(0, low - 1);
 }
 
-interface View {
-  north: number;
-  east: number;
-  scale: number;
-}
-
 export class Stage extends Canvas {
   #driven: Driven | null = null;
   #compared: Driven | null = null;
@@ -62,7 +57,7 @@ export class Stage extends Canvas {
     return rows.columns[name]?.[row] ?? Number.NaN;
   }
 
-  #view(driven: Driven, row: number): View {
+  #view(driven: Driven, row: number): Camera {
     if (this.#isFollowing) {
       return { north: this.#value(driven.car, 'north', row), east: this.#value(driven.car, 'east', row), scale: this.height / FOLLOWED };
     }
@@ -94,7 +89,7 @@ export class Stage extends Canvas {
       context.stroke();
       context.setLineDash([]);
     };
-    this.#drawGrid(context, view, at);
+    drawGrid(context, view, this.size);
     const even = driven.path.filter((_, i) => i % 2 === 0);
     const odd = driven.path.filter((_, i) => i % 2 === 1);
     line(even, odd, palette.value.muted, 1, [6, 5]);
@@ -109,26 +104,7 @@ export class Stage extends Canvas {
     this.#drawScale(context, view);
   }
 
-  #drawGrid(context: CanvasRenderingContext2D, view: View, at: (n: number, e: number) => [number, number]): void {
-    const step = gridStep(view, this.width);
-    context.beginPath();
-    const [halfE, halfN] = [this.width / 2 / view.scale, this.height / 2 / view.scale];
-    for (let e = Math.ceil((view.east - halfE) / step) * step; e <= view.east + halfE; e += step) {
-      const x = Math.round(at(view.north, e)[0]) + 0.5;
-      context.moveTo(x, 0);
-      context.lineTo(x, this.height);
-    }
-    for (let n = Math.ceil((view.north - halfN) / step) * step; n <= view.north + halfN; n += step) {
-      const y = Math.round(at(n, view.east)[1]) + 0.5;
-      context.moveTo(0, y);
-      context.lineTo(this.width, y);
-    }
-    context.strokeStyle = palette.value.grid;
-    context.lineWidth = 1;
-    context.stroke();
-  }
-
-  #drawObstacles(context: CanvasRenderingContext2D, { obstacles }: Driven, view: View, at: (n: number, e: number) => [number, number]): void {
+  #drawObstacles(context: CanvasRenderingContext2D, { obstacles }: Driven, view: Camera, at: (n: number, e: number) => [number, number]): void {
     for (let i = 0; i < obstacles.length; i += 3) {
       context.beginPath();
       context.arc(...at(obstacles[i] as number, obstacles[i + 1] as number), Math.max(3, (obstacles[i + 2] as number) * view.scale), 0, 2 * Math.PI);
@@ -138,7 +114,7 @@ export class Stage extends Canvas {
   }
 
   /** What guidance saw and chose at the last decision before the instant. */
-  #drawGuidance(context: CanvasRenderingContext2D, driven: Driven, row: number, view: View, at: (n: number, e: number) => [number, number]): void {
+  #drawGuidance(context: CanvasRenderingContext2D, driven: Driven, row: number, view: Camera, at: (n: number, e: number) => [number, number]): void {
     const { guidance, car } = driven;
     const decision = rowAt(guidance.time, this.#time);
     const [north, east, yaw] = ['north', 'east', 'yaw'].map((name) => this.#value(car, name, row)) as [number, number, number];
@@ -207,7 +183,7 @@ export class Stage extends Canvas {
     context.restore();
   }
 
-  #drawCar(context: CanvasRenderingContext2D, driven: Driven, row: number, view: View, at: (n: number, e: number) => [number, number], colour: string): void {
+  #drawCar(context: CanvasRenderingContext2D, driven: Driven, row: number, view: Camera, at: (n: number, e: number) => [number, number], colour: string): void {
     const [north, east, yaw, steer] = ['north', 'east', 'yaw', 'steer'].map((name) => this.#value(driven.car, name, row)) as [number, number, number, number];
     context.save();
     context.translate(...at(north, east));
@@ -239,27 +215,11 @@ export class Stage extends Canvas {
     context.restore();
   }
 
-  #drawScale(context: CanvasRenderingContext2D, view: View): void {
-    const step = gridStep(view, this.width);
-    const [x, y, length] = [10, this.height - 10, step * view.scale];
-    context.strokeStyle = palette.value.ink;
-    context.lineWidth = 1.5;
-    context.beginPath();
-    context.moveTo(x, y - 4);
-    context.lineTo(x, y);
-    context.lineTo(x + length, y);
-    context.lineTo(x + length, y - 4);
-    context.stroke();
+  #drawScale(context: CanvasRenderingContext2D, view: Camera): void {
+    const { step, x, y } = drawBar(context, view, this.size);
     context.fillStyle = palette.value.ink;
     context.textAlign = 'left';
     context.textBaseline = 'bottom';
     context.fillText(`${formatSignificant(step, 1)} ${t.units.metres}`, x + 5, y - 3);
   }
-}
-
-/** A round length near a fifth of the width. */
-function gridStep({ scale }: View, width: number): number {
-  const wanted = width / 5 / scale;
-  const power = 10 ** Math.floor(Math.log10(wanted));
-  return power * ([1, 2, 5, 10].find((m) => m * power >= wanted * 0.7) ?? 10);
 }

@@ -4,6 +4,7 @@ import { formatSignificant } from '../units';
 import { t } from '../messages';
 import { type Ellipse, readable, traceEllipse } from './ellipse';
 import { Canvas } from './strip';
+import { type Camera, drawBar, drawGrid } from './ground';
 import { modeColour, palette } from './palette';
 
 /** Columns of a path as the core gives it. */
@@ -71,7 +72,7 @@ export class MapPlot extends Canvas {
   #layers: Layers | null = null;
   #car: Car | null = null;
   /** East and north of the middle, m, and CSS px per metre; null fits everything. */
-  #camera: { east: number; north: number; scale: number } | null = null;
+  #camera: Camera | null = null;
 
   setLayers(layers: Layers): void {
     this.#layers = layers;
@@ -122,11 +123,11 @@ export class MapPlot extends Canvas {
     return best;
   }
 
-  #view(): { east: number; north: number; scale: number } {
+  #view(): Camera {
     return this.#camera ?? this.#fitted();
   }
 
-  #fitted(): { east: number; north: number; scale: number } {
+  #fitted(): Camera {
     let [south, north, west, east] = [Infinity, -Infinity, Infinity, -Infinity];
     const layers = this.#layers;
     for (const path of layers ? [layers.estimate, layers.truth, layers.fixes] : []) {
@@ -156,7 +157,7 @@ export class MapPlot extends Canvas {
     this.#camera = this.#view();
     context.lineJoin = 'round';
     context.lineCap = 'round';
-    this.#drawGrid(context);
+    drawGrid(context, this.#view(), this.size);
     if (layers.isShown.fixes) this.#drawFixes(context, layers);
     this.#drawOutages(context, layers);
     if (layers.isShown.ellipses) this.#drawEllipses(context, layers.ellipses);
@@ -308,45 +309,8 @@ export class MapPlot extends Canvas {
     context.restore();
   }
 
-  /** A round length near a fifth of the width. */
-  #gridStep(): number {
-    const wanted = this.width / 5 / this.#view().scale;
-    const power = 10 ** Math.floor(Math.log10(wanted));
-    return power * ([1, 2, 5, 10].find((m) => m * power >= wanted * 0.7) ?? 10);
-  }
-
-  #drawGrid(context: CanvasRenderingContext2D): void {
-    const { scale, east, north } = this.#view();
-    const step = this.#gridStep();
-    context.strokeStyle = palette.value.grid;
-    context.lineWidth = 1;
-    context.beginPath();
-    const [halfX, halfY] = [this.width / 2 / scale, this.height / 2 / scale];
-    for (let e = Math.ceil((east - halfX) / step) * step; e <= east + halfX; e += step) {
-      const x = Math.round(this.#project(north, e)[0]) + 0.5;
-      context.moveTo(x, 0);
-      context.lineTo(x, this.height);
-    }
-    for (let n = Math.ceil((north - halfY) / step) * step; n <= north + halfY; n += step) {
-      const y = Math.round(this.#project(n, east)[1]) + 0.5;
-      context.moveTo(0, y);
-      context.lineTo(this.width, y);
-    }
-    context.stroke();
-  }
-
   #drawScale(context: CanvasRenderingContext2D): void {
-    const step = this.#gridStep();
-    const length = step * this.#view().scale;
-    const [x, y] = [10, this.height - 10];
-    context.strokeStyle = palette.value.ink;
-    context.lineWidth = 1.5;
-    context.beginPath();
-    context.moveTo(x, y - 4);
-    context.lineTo(x, y);
-    context.lineTo(x + length, y);
-    context.lineTo(x + length, y - 4);
-    context.stroke();
+    const { step, x, y } = drawBar(context, this.#view(), this.size);
     const text = step >= 1000 ? `${formatSignificant(step / 1000, 1)} ${t.units.kilometres}` : `${formatSignificant(step, 1)} ${t.units.metres}`;
     this.#label(context, text, x + 5, y - 9);
   }

@@ -34,6 +34,10 @@ export abstract class Canvas {
   readonly canvas = h('canvas', { 'aria-hidden': 'true' });
   protected width = 0;
   protected height = 0;
+  protected get size(): { width: number; height: number } {
+    return { width: this.width, height: this.height };
+  }
+
   readonly redraw = perFrame(() => this.#draw());
 
   constructor(host: HTMLElement) {
