@@ -54,8 +54,9 @@ record! {
         gate: "1";
         /// Why a field was left out: 1 strength, 2 dip, 3 it does not fit the attitude, 4 one of them a moment ago; 0 it was not.
         gate_reason: "1";
-        /// Normalized innovation squared of the lateral acceleration; road filters only. Even with noise exactly as stated its mean is
-        /// 0.986: the model gives what neither turn nor road explains 3 % more variance than it has.
+        /// Normalized innovation squared of the lateral acceleration; road filters only. Below 1 where the accelerometer is better than
+        /// that of stability control. Even with noise exactly as stated its mean is 0.986: the model gives what neither turn nor
+        /// road explains 3 % more variance than it has.
         lateral_nis: "1", nis 1;
     }
 }
