@@ -36,6 +36,8 @@ import { modeView } from './views/mode';
 import { slopeView } from './views/slope';
 import { TrajectoryView } from './views/trajectory';
 import { Transport } from './views/transport';
+import type { ColumnsDialog } from './wizard/columns';
+import { Watch } from './wizard/watch';
 import type { OpenRequest } from './worker/rpc';
 
 /** Seconds of a long drive that are simulated before they are estimated and shown; the rest follows. */
@@ -57,7 +59,8 @@ const trajectory = new TrajectoryView(store, session);
 trajectory.onOutages = (outages) => mode.setOutages(outages);
 const transport = new Transport(store, session);
 const tune = new TunePanel(store, session, history);
-const report = new ReportPanel(store);
+const watch = new Watch(store, session, () => void showColumns());
+const report = new ReportPanel(store, watch);
 const help = helpDialog(store);
 const drives = new DriveDialog(store, session, (name, seed) => void openBuiltIn(name, seed));
 const side = sidePanel();
@@ -128,6 +131,23 @@ async function showLoops(): Promise<void> {
     (await loops).show();
   } catch (reason) {
     loops = null;
+    tell(reason);
+  }
+}
+
+let columns: Promise<ColumnsDialog> | null = null;
+
+/** The table of columns is loaded when it is opened first. */
+async function showColumns(): Promise<void> {
+  columns ??= import('./wizard/columns').then(({ ColumnsDialog }) => {
+    const made = new ColumnsDialog(store, session, watch);
+    document.querySelector('.page')?.append(made.element);
+    return made;
+  });
+  try {
+    (await columns).show();
+  } catch (reason) {
+    columns = null;
     tell(reason);
   }
 }

@@ -58,6 +58,7 @@ export class Session {
       for (const runner of this.#runners.values()) runner.tuned = null;
       const isBuiltIn = request.kind === 'simulation' && request.composed === null;
       store.builtIn.value = isBuiltIn ? { name: request.name, seed: request.seed } : null;
+      store.opened.value = request;
       store.openDrive(report);
       if (report.is_partial && request.kind === 'simulation') {
         const whole = { ...request, first: null };

@@ -3,13 +3,16 @@
 import type { DriveHead, DrivePart, Progress } from '../door';
 import { files as say } from '../messages/files';
 import type { Maker } from './making';
+import type { Examined } from '../wizard/door';
 import { type Keep, type Offer, TooLarge } from './rpc';
 import { inMemory, type Role, Shelf } from './shelf';
 
 /** The readers as the worker sees them (crates/readers). */
 export interface ReaderDoor extends Maker {
   begin(files: File[], mapping: string | undefined, keep: string): void;
+  begin_examination(files: File[], keep: string): void;
   read_some(budgetMs: number): Progress;
+  examination(): Examined | undefined;
   /** What would make the file fit that was refused for its size. */
   offer(): Offer | undefined;
 }
@@ -54,6 +57,25 @@ export class FileReaders implements Maker {
       this.#reader = this.#module.reader();
       this.#reader.begin(taken.files, taken.mapping, JSON.stringify({ ...keep, memory: this.#memory }));
     });
+  }
+
+  /** Read files in order to examine them; `mapping` is remembered as that of a bus log. */
+  beginExamination(files: File[], mapping: string | undefined, keep: Keep = {}): void {
+    this.cancel();
+    this.#names = files.map((f) => f.name).join(', ');
+    this.#guarded(() => {
+      const taken = this.#shelf.take(files, mapping, (file) => this.#module.role(file));
+      this.#reader = this.#module.reader();
+      this.#reader.begin_examination(taken.files, JSON.stringify({ ...keep, memory: this.#memory }));
+    });
+  }
+
+  /** What was examined; the reader's memory is given back. */
+  examination(): Examined {
+    const found = this.#guarded(() => this.#there().examination());
+    this.cancel();
+    if (!found) throw new Error('nothing was examined');
+    return found;
   }
 
   read_some(budgetMs: number): Progress {

@@ -4,6 +4,7 @@
 //! not. Everything leans on the motion over ground: places tell velocity, that tells speeds, those tell the
 //! accelerometer's axes, and so on to the magnetometer. What a drive cannot show is said as a guess.
 
+mod choices;
 mod clock;
 mod delay;
 mod gnss;
@@ -13,12 +14,15 @@ mod magnetic;
 mod others;
 mod run;
 mod scene;
+mod sketch;
 mod speeds;
 mod survey;
 
 use serde::Serialize;
 
+pub use self::choices::{Choice, choices};
 pub(crate) use self::linear::lean_rows;
+pub(crate) use self::sketch::sketch;
 pub use self::survey::{Finding, Weight};
 use self::survey::{Kind, Role, Survey, canonical_unit, kind};
 use crate::clock::times;
