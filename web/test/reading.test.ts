@@ -1,7 +1,7 @@
 import { expect, test } from 'vitest';
 import type { Door, DriveHead, DrivePart, Progress } from '../src/door';
 import { Making } from '../src/worker/making';
-import { FileReaders, type ReaderDoor } from '../src/worker/readers';
+import { FileReaders, type ReaderDoor, type Thinned } from '../src/worker/readers';
 import { type Role, Shelf } from '../src/worker/shelf';
 import type { Examined } from '../src/wizard/door';
 
@@ -18,7 +18,7 @@ function staged(parts: DrivePart[], breaks = false): { said: string[]; readers: 
   const reader: ReaderDoor = {
     begin: (files) => said.push(`read ${files.map((f) => f.name).join()}`),
     begin_examination: (files) => said.push(`examine ${files.map((f) => f.name).join()}`),
-    examination: () => [{ columns: [] }, [], []] as unknown as Examined,
+    examination: () => [{ columns: [] }, [], [], [0, [], []]] as unknown as [...Examined, Thinned],
     read_some: (): Progress => {
       if (breaks) throw new WebAssembly.RuntimeError('unreachable');
       return { done: --pieces === 0, fraction: 0.5, stage: 'reading', rows: 7 };
@@ -34,7 +34,7 @@ function staged(parts: DrivePart[], breaks = false): { said: string[]; readers: 
     end_parts: () => said.push('open'),
     cancel_parts: () => said.push('parts cancelled'),
   };
-  const readers = new FileReaders({ role, reader: () => reader, reset: () => said.push('memory given back') }, new Shelf((f) => f), 1e9);
+  const readers = new FileReaders({ role, reader: () => reader, tryMapping: () => [[], []], reset: () => said.push('memory given back') }, new Shelf((f) => f), 1e9);
   return { said, readers, making: new Making(readers, (budget) => readers.read_some(budget), door as unknown as Door) };
 }
 
@@ -52,7 +52,7 @@ test('an examination reads the files once more, hands over what was found and gi
   const { said, readers } = staged([]);
   readers.beginExamination([file('a.csv')], undefined);
   while (!readers.read_some(30).done);
-  expect(readers.examination()).toHaveLength(3);
+  expect(readers.examination()).toHaveLength(4);
   expect(said).toEqual(['examine a.csv', 'memory given back']);
   expect(() => readers.examination()).toThrow('nothing is being read');
 });

@@ -54,7 +54,10 @@ mod units;
 pub use apply::{ChannelReport, MapReport, UsedColumn, apply};
 pub use csv::{CsvReader, read_csv};
 pub use error::{ImportError, MAX_ROW_BYTES, MAX_TABLE_COLUMNS};
-pub use examine::{Choice, ColumnView, DelayFound, Examination, Finding, MountFound, Weight, choices, examine};
+pub use examine::{
+    Choice, Clash, ColumnView, Correction, DelayFound, Examination, Finding, MountFound, TRIAL_SERIES, Thinned, Trial,
+    Weight, choices, examine, try_out,
+};
 pub use formats::{FORMATS, Format};
 pub use keep::{Keep, Offer};
 pub use mapping::{MAPPING_VERSION, Mapping, Mount, Origin, SignalSource, TimeFraction, TimeSource};

@@ -91,9 +91,10 @@ impl Reader {
         }
         let log = reading.opening.finish().map_err(sentence)?;
         if reading.is_examination {
-            let (found, pictures) = examine_drawn(log, PICTURE).map_err(sentence)?;
+            let (found, pictures, thin) = examine_drawn(log, PICTURE).map_err(sentence)?;
             let pictures: Array = pictures.iter().map(|p| Float64Array::from(p.as_slice())).collect();
-            self.examined = Some(Array::of3(&plain(&found)?, &pictures, &plain(&choices())?));
+            self.examined =
+                Some(Array::of4(&plain(&found)?, &pictures, &plain(&choices())?, &crate::trial::handed(&thin)));
             return plain(&Progress { done: true, fraction: 1.0, stage: "mapping", rows: 0 });
         }
         let (drive, report) = open_log(log, reading.mapping.as_ref()).map_err(sentence)?;
@@ -110,7 +111,7 @@ impl Reader {
 
     /// What was examined: what was found ([`drivescope_import::Examination`]), and of each of its columns a small picture,
     /// the least and the largest value of equal parts in turn; then what a column can be read as
-    /// ([`drivescope_import::choices`]); undefined before. What was taken is no longer held here.
+    /// ([`drivescope_import::choices`]), and the columns thinned for [`crate::try_mapping`]; undefined before. What was taken is no longer held here.
     pub fn examination(&mut self) -> Option<Array> {
         self.examined.take()
     }

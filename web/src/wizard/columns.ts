@@ -3,6 +3,7 @@
 import '../style/columns.css';
 import { h, iconButton, prose } from '../dom';
 import { t } from '../messages';
+import { wizard as say } from '../messages/wizard';
 import type { Session } from '../session';
 import { Signal } from '../signal';
 import type { Store } from '../state';
@@ -13,7 +14,7 @@ import { ColumnTable } from './table';
 import type { Watch } from './watch';
 
 function finding(found: Finding): HTMLElement {
-  return h('li', { 'data-weight': found.weight }, h('strong', {}, t.columns.weights[found.weight]), ': ', ...prose(found.text));
+  return h('li', { 'data-weight': found.weight }, h('strong', {}, say.weights[found.weight]), ': ', ...prose(found.text));
 }
 
 export class ColumnsDialog {
@@ -28,12 +29,12 @@ export class ColumnsDialog {
   #refusal = h('p.bad', { role: 'alert', hidden: true });
   #table = new ColumnTable(this.draft);
   #placing = new Placing(this.draft);
-  #apply = h('button.primary', { type: 'button', onclick: () => void this.#applyDraft() }, t.columns.apply);
-  #undo = h('button', { type: 'button', onclick: () => this.#set(this.#watch.mapping) }, t.columns.undo);
-  #startOver = h('button', { type: 'button', onclick: () => this.#set(this.#watch.first) }, t.columns.startOver);
-  #takeAll = h('button', { type: 'button', onclick: () => this.#take(takeAll) }, t.columns.takeAll);
-  #takeMounts = h('button', { type: 'button', onclick: () => this.#take(takePhysics) }, t.columns.takeMounts);
-  #examine = h('button', { type: 'button', onclick: () => void this.#watch.examine() }, t.columns.examine);
+  #apply = h('button.primary', { type: 'button', onclick: () => void this.#applyDraft() }, say.apply);
+  #undo = h('button', { type: 'button', onclick: () => this.#set(this.#watch.mapping) }, say.undo);
+  #startOver = h('button', { type: 'button', onclick: () => this.#set(this.#watch.first) }, say.startOver);
+  #takeAll = h('button', { type: 'button', onclick: () => this.#take(takeAll) }, say.takeAll);
+  #takeMounts = h('button', { type: 'button', onclick: () => this.#take(takePhysics) }, say.takeMounts);
+  #examine = h('button', { type: 'button', onclick: () => void this.#watch.examine() }, say.examine);
   #isReading = false;
 
   constructor(store: Store, session: Session, watch: Watch) {
@@ -42,10 +43,10 @@ export class ColumnsDialog {
     this.#watch = watch;
     this.element = h(
       'dialog.columns',
-      { 'aria-label': t.columns.title },
-      h('header', {}, h('h2', {}, t.columns.title), iconButton('close', t.help.close, () => this.element.close())),
+      { 'aria-label': say.title },
+      h('header', {}, h('h2', {}, say.title), iconButton('close', t.help.close, () => this.element.close())),
       h('div.columns-body', {},
-        h('p.note', {}, t.columns.intro),
+        h('p.note', {}, say.intro),
         this.#findings,
         this.#examine,
         this.#table.element,
@@ -93,7 +94,7 @@ export class ColumnsDialog {
       this.#refusal.hidden = this.#store.error.value === null;
     }
     this.#showState();
-    if (isOpen) this.#state.textContent = t.columns.applied;
+    if (isOpen) this.#state.textContent = say.applied;
   }
 
   #isChanged(): boolean {
@@ -105,7 +106,7 @@ export class ColumnsDialog {
     const isFocused = this.element.contains(document.activeElement);
     const isExamined = this.#watch.examined.value !== null;
     this.element.dataset['state'] = this.#isReading ? 'reading' : isChanged ? 'changed' : 'applied';
-    this.#state.textContent = this.#isReading ? t.columns.applying : isChanged ? t.columns.changed : t.columns.unchanged;
+    this.#state.textContent = this.#isReading ? say.applying : isChanged ? say.changed : say.unchanged;
     this.#apply.disabled = !isChanged || this.#isReading;
     this.#undo.disabled = !isChanged;
     this.#startOver.disabled = JSON.stringify(this.draft.value) === JSON.stringify(this.#watch.first);
@@ -123,13 +124,13 @@ export class ColumnsDialog {
     this.#placing.show(examined?.[0] ?? null);
     this.#showState();
     if (!examined) {
-      this.#findings.replaceChildren(h('p', { role: 'status' }, isWorking ? t.columns.examining : failure ? t.columns.failed(failure) : ''));
+      this.#findings.replaceChildren(h('p', { role: 'status' }, isWorking ? say.examining : failure ? say.failed(failure) : ''));
       return;
     }
     const [heavy, notes] = [examined[0].findings.filter((f) => f.weight !== 'note'), examined[0].findings.filter((f) => f.weight === 'note')];
     this.#findings.replaceChildren(
-      heavy.length > 0 ? h('ul', {}, ...heavy.map(finding)) : h('p.good', {}, t.columns.nothing),
-      ...(notes.length > 0 ? [h('details', {}, h('summary', {}, t.columns.notes(notes.length)), h('ul', {}, ...notes.map(finding)))] : []),
+      heavy.length > 0 ? h('ul', {}, ...heavy.map(finding)) : h('p.good', {}, say.nothing),
+      ...(notes.length > 0 ? [h('details', {}, h('summary', {}, say.notes(notes.length)), h('ul', {}, ...notes.map(finding)))] : []),
     );
   }
 }

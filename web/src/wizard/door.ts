@@ -81,6 +81,39 @@ export interface Choice {
 /** What was found, of each column the least and the largest value of equal parts in turn, what can be chosen. */
 export type Examined = [found: Found, pictures: Float64Array[], choices: Choice[]];
 
+/** How one signal should be read instead. */
+export interface Correction {
+  signal: string;
+  unit: string;
+  scale: number;
+}
+
+/** A contradiction between what a mapping says and what the sensors measure. */
+export interface Clash {
+  signals: string[];
+  columns: string[];
+  text: string;
+  corrections: Correction[];
+}
+
+/** Series of a trial, in the order of `TRIAL_SERIES` of the core. */
+export const SERIES = [
+  'roll', 'pitch', 'turned', 'accel_x', 'accel_y', 'accel_z', 'gyro_z', 'north', 'east', 'speed',
+  'expected_x', 'expected_y', 'expected_turn', 'course', 'grade', 'compass', 'ground_speed',
+] as const;
+export type SeriesName = (typeof SERIES)[number];
+
+/** Seconds between two values of a series. */
+export const STEP = 0.1;
+
+/** What a mapping makes of the log that was examined: SI units and radians, one value per tenth of a second from `start`. */
+export interface Trial {
+  clashes: Clash[];
+  start: number;
+  series: Float64Array<ArrayBuffer>[];
+}
+
 export interface WizardOperations {
   examine: { takes: { files: File[]; mapping: string | null; keep?: Keep }; gives: Examined };
+  try_out: { takes: { mapping: string }; gives: Trial };
 }

@@ -1,5 +1,7 @@
 /** Changing a mapping by hand, and holding it against what physics proposes. Every function returns a new mapping. */
 
+import { t } from '../messages';
+import { formatSignificant } from '../units';
 import type { Choice, ColumnView, Found, Mapping, Mount, SignalSource } from './door';
 
 /** The clock among the signals. */
@@ -127,29 +129,34 @@ export function differs(mapping: Mapping, found: Found, view: ColumnView, choice
   return now.some((signal) => reading(mapping, signal, choices) !== reading(found.mapping, signal, choices));
 }
 
-/** What an examination says against how a log was read. */
+/** What an examination is sure of and a reading has otherwise. */
 export interface Doubts {
-  /** Columns of which physics is sure, and that are read otherwise. */
   columns: string[];
-  /** Channels with a mount or a delay that physics is sure of, and that the reading has not. */
+  /** Channels with a mount or a delay that the reading has not. */
   channels: string[];
-  contradictions: number;
-  guesses: number;
 }
 
 export function doubts(mapping: Mapping, found: Found, choices: Choice[]): Doubts {
   const sure = found.columns.filter((c) => c.confidence === 'likely' || c.confidence === 'certain');
   const missing = (now: object | undefined, proposed: object | undefined): string[] => Object.keys(proposed ?? {}).filter((c) => !Object.hasOwn(now ?? {}, c));
-  const weighing = (weight: string): number => found.findings.filter((f) => f.weight === weight).length;
   return {
     columns: sure.filter((c) => differs(mapping, found, c, choices)).map((c) => c.column),
     channels: [...new Set([...missing(mapping.mounts, found.mapping.mounts), ...missing(mapping.delays, found.mapping.delays)])],
-    contradictions: weighing('contradiction'),
-    guesses: weighing('guess') + found.columns.filter((c) => c.confidence === 'guess').length,
   };
 }
 
-/** Whether people should look at the columns without having asked. */
-export function isDoubtful(d: Doubts): boolean {
-  return d.columns.length + d.channels.length + d.contradictions + d.guesses > 0;
+/** How much was guessed of an examined log. */
+export function guesses(found: Found): number {
+  return found.findings.filter((f) => f.weight === 'guess').length + found.columns.filter((c) => c.confidence === 'guess').length;
+}
+
+/** How a column is read, in a few words: `gyro_z, deg/s, x -1`. */
+export function inWords(mapping: Mapping, column: string, choices: Choice[]): string {
+  const words = signalsOf(mapping, column).map((signal) => {
+    const source = signal === CLOCK ? { ...mapping.time, scale: 1 } : mapping.signals[signal];
+    const scale = source?.scale ?? 1;
+    const offset = source?.offset ?? 0;
+    return [signal, source?.unit ?? unitOf(choices, signal), scale === 1 ? '' : `× ${formatSignificant(scale)}`, offset === 0 ? '' : `+ ${formatSignificant(offset)}`].filter(Boolean).join(', ');
+  });
+  return words.length > 0 ? words.join('; ') : t.columns.unused;
 }

@@ -1,16 +1,20 @@
-/** Has every opened log examined by physics, and says in the log's report what should be looked at. */
+/** Has every opened log examined by physics, and says in the log's report what contradicts how it was read. */
 
-import { h } from '../dom';
+import { h, prose } from '../dom';
 import { t } from '../messages';
 import type { Session } from '../session';
 import { Signal } from '../signal';
 import type { Store } from '../state';
 import { Cancelled, type OpenRequest, type Pending, Unloaded } from '../worker/rpc';
-import type { Examined, Mapping } from './door';
-import { doubts, isDoubtful } from './mapping';
+import type { Clash, Examined, Mapping, Trial } from './door';
+import { type Issue, issuesOf } from './issues';
+import { guesses } from './mapping';
+import type { Shelved } from './shelf';
 
 /** A log of more bytes is examined when someone asks for it: it is read once more for that. */
 const UNASKED = 24e6;
+/** So many issues are told beside the log; the table has all. */
+const TOLD = 4;
 
 type FilesRequest = Extract<OpenRequest, { kind: 'files' }>;
 
@@ -19,8 +23,16 @@ export class Watch {
   readonly isWorking = new Signal(false);
   /** Why the open log could not be examined. */
   readonly failure = new Signal<string | null>(null);
+  /** What the mapping of the open log makes of it. */
+  readonly trial = new Signal<Trial | null>(null);
+  /** Whether the log is being read anew. */
+  readonly isReading = new Signal(false);
+  /** The saved mapping with which the open log was read because it was recognised. */
+  readonly recognised = new Signal<Shelved | null>(null);
   /** What the open files were read with at first. */
   first: Mapping | null = null;
+  /** Where what physics proposes contradicts itself: there it is not to be believed. */
+  weak: Clash[] = [];
   /** Opens the table of columns; for the log's report. */
   readonly button: HTMLButtonElement;
   /** Says what should be looked at. */
@@ -38,7 +50,7 @@ export class Watch {
     this.#show = show;
     this.button = h('button', { type: 'button', hidden: true, 'aria-haspopup': 'dialog', onclick: show }, t.columns.button);
     store.report.on(() => this.#opened());
-    this.examined.on(() => this.#tell());
+    for (const heard of [this.examined, this.trial, this.isReading, this.recognised]) heard.on(() => this.#tell());
   }
 
   /** The mapping of the open log; null where it was not read with one. */
@@ -46,9 +58,9 @@ export class Watch {
     return this.#request ? (this.#store.report.value?.import?.mapping ?? null) : null;
   }
 
-  /** What the open log was opened with. */
-  get request(): FilesRequest | null {
-    return this.#request;
+  /** Whether a mapping is that of the open log. */
+  isApplied(mapping: Mapping | null): boolean {
+    return JSON.stringify(mapping) === JSON.stringify(this.mapping);
   }
 
   /** Examine the open log, if that is not being or has not been done. */
@@ -62,7 +74,11 @@ export class Watch {
     this.isWorking.value = true;
     try {
       const examined = await pending.answer;
-      if (this.#pending === pending) this.examined.value = examined;
+      if (this.#pending !== pending) return;
+      this.weak = (await this.tryOut(examined[0].mapping))?.clashes ?? [];
+      if (this.#pending !== pending) return;
+      this.examined.value = examined;
+      await this.#weigh();
     } catch (reason) {
       const sentence = reason instanceof Unloaded ? t.columns.unloaded : reason instanceof Error ? reason.message : String(reason);
       if (this.#pending === pending && !(reason instanceof Cancelled)) this.failure.value = sentence;
@@ -74,37 +90,90 @@ export class Watch {
     }
   }
 
+  /** What a mapping makes of the log that was examined; null where it cannot be read with it. */
+  async tryOut(mapping: Mapping): Promise<Trial | null> {
+    try {
+      return await this.#session.rpc.call('try_out', { mapping: JSON.stringify(mapping) });
+    } catch (reason) {
+      if (reason instanceof Cancelled) return null;
+      throw reason;
+    }
+  }
+
+  /** Read the open files anew with a mapping, null for what is proposed. Null once they are, else why they are not. */
+  async apply(mapping: Mapping | null): Promise<string | null> {
+    const request = this.#request;
+    if (!request || this.isReading.value) return '';
+    this.isReading.value = true;
+    const label = this.#store.report.value?.name ?? '';
+    const isOpen = await this.#session.open({ ...request, mapping: mapping && JSON.stringify(mapping) }, label);
+    this.isReading.value = false;
+    if (isOpen) void this.#session.runAll();
+    return isOpen ? null : (this.#store.error.value ?? '');
+  }
+
+  /** What contradicts a mapping of the open log. */
+  issues(mapping: Mapping, trial: Trial | null): Issue[] {
+    const examined = this.examined.value;
+    return examined ? issuesOf({ mapping, trial, examined, weak: this.weak, first: this.first ?? mapping }) : [];
+  }
+
+  async #weigh(): Promise<void> {
+    const mapping = this.mapping;
+    if (!mapping || !this.examined.value) return;
+    const trial = await this.tryOut(mapping);
+    if (this.isApplied(mapping)) this.trial.value = trial;
+  }
+
   #opened(): void {
     const [opened, report] = [this.#store.opened.value, this.#store.report.value];
     const request = opened?.kind === 'files' && report?.import?.mapping ? opened : null;
     const isSame = request !== null && request.files === this.#request?.files && request.keep === this.#request.keep;
     this.#request = request;
+    this.trial.value = null;
     if (!isSame) {
       this.#pending = null;
       this.isWorking.value = false;
       this.first = this.mapping;
       this.failure.value = null;
+      this.recognised.value = null;
       this.examined.value = null;
     }
     this.button.hidden = request === null;
     this.#tell();
     const bytes = request?.files.reduce((sum, file) => sum + file.size, 0) ?? 0;
-    if (request && bytes <= UNASKED) void this.examine();
+    if (this.examined.value) void this.#weigh().catch(() => undefined);
+    else if (request && bytes <= UNASKED) void this.examine();
+  }
+
+  /** A button that corrects one thing and reads the log anew. */
+  #correct(mapping: Mapping, { fix, what }: Issue): HTMLElement | null {
+    if (!fix) return null;
+    const act = (): void => void this.apply(fix(mapping));
+    return h('button', { type: 'button', disabled: this.isReading.value, 'aria-label': t.columns.correctOf(what), onclick: act }, t.columns.correct);
+  }
+
+  #recognisedBy(): HTMLElement | null {
+    const saved = this.recognised.value;
+    if (!saved || !this.#request) return null;
+    const drop = (): void => void this.apply(null).then((refusal) => refusal === null && (this.recognised.value = null));
+    return h('p.recognised', {}, `${t.columns.recognised(saved.name, saved.columns.length)} `, h('button', { type: 'button', disabled: this.isReading.value, onclick: drop }, t.columns.unrecognise));
   }
 
   #tell(): void {
-    const [examined, mapping] = [this.examined.value, this.mapping];
-    const found = examined && mapping ? doubts(mapping, examined[0], examined[2]) : null;
-    this.notice.hidden = found === null || !isDoubtful(found);
-    if (!found) return;
-    const lines = [
-      found.contradictions > 0 ? t.columns.noticeContradictions(found.contradictions) : null,
-      found.columns.length > 0 ? t.columns.noticeColumns(found.columns.join(', ')) : null,
-      found.channels.length > 0 ? t.columns.noticeChannels(found.channels.map((c) => t.columns.channels[c] ?? c).join(', ')) : null,
-      found.guesses > 0 ? t.columns.noticeGuesses(found.guesses) : null,
-    ];
+    const mapping = this.mapping;
+    const issues = mapping && this.trial.value ? this.issues(mapping, this.trial.value) : [];
+    const recognised = this.#recognisedBy();
+    const guessed = this.examined.value ? guesses(this.examined.value[0]) : 0;
+    this.notice.hidden = issues.length === 0 && !recognised && guessed === 0;
+    if (!mapping || this.notice.hidden) return;
+    const rest = issues.length - TOLD;
     this.notice.replaceChildren(
-      ...lines.filter((line) => line !== null).map((line) => h('p', {}, line)),
+      ...(recognised ? [recognised] : []),
+      ...(issues.length > 0 ? [h('p', {}, h('strong', {}, t.columns.contradictions(issues.length)))] : []),
+      h('ul.issues', {}, ...issues.slice(0, TOLD).map((issue) => h('li', {}, h('span', {}, ...prose(issue.text)), this.#correct(mapping, issue)))),
+      rest > 0 ? h('p', {}, t.columns.moreIssues(rest)) : '',
+      guessed > 0 ? h('p', {}, t.columns.guesses(guessed)) : '',
       h('button', { type: 'button', 'aria-haspopup': 'dialog', onclick: this.#show }, t.columns.look),
     );
   }

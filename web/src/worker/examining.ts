@@ -1,12 +1,23 @@
 /** Examining a log by physics: the files are read once more, when nothing else is to be done. */
 
 import type { Progress } from '../door';
-import type { Examined } from '../wizard/door';
-import type { FileReaders } from './readers';
+import type { Examined, Trial } from '../wizard/door';
+import { type FileReaders, readers, type Thinned } from './readers';
 import type { Operations } from './rpc';
 
 /** The name of the work in the queue; opening a drive ends it. */
 export const EXAMINING = 'examine';
+
+/** The log that was examined last, thinned; mappings are tried on it. */
+let thin: Thinned | null = null;
+
+/** What a mapping makes of the log that was examined last. */
+export async function tryOut(mapping: string): Promise<[Trial, Transferable[]]> {
+  const loaded = await readers();
+  if (!thin) throw new Error('nothing was examined');
+  const [clashes, series] = loaded.tryOut(thin, mapping);
+  return [{ clashes, start: thin[0], series }, series.map((s) => s.buffer)];
+}
 
 export class Examining {
   readonly estimator = EXAMINING;
@@ -44,7 +55,9 @@ export class Examining {
   }
 
   finish(): Examined {
-    return this.#there().examination();
+    const [found, pictures, choices, thinned] = this.#there().examination();
+    thin = thinned;
+    return [found, pictures, choices];
   }
 
   #there(): FileReaders {

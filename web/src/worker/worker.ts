@@ -6,7 +6,7 @@ import type { Blind } from '../navigation/door';
 import { loadDoctor, Surgery } from './doctor';
 import { type DrivesDoor, loadDrives } from './drives';
 import { Making } from './making';
-import { EXAMINING, Examining } from './examining';
+import { EXAMINING, Examining, tryOut } from './examining';
 import { type FileReaders, readers } from './readers';
 import { type FromWorker, type Operations, type Request, TooLarge, type ToWorker } from './rpc';
 
@@ -335,6 +335,7 @@ const answers: {
     const path = door.path(source, t0, t1, points);
     return [path, [path.buffer]];
   },
+  try_out: (_, { mapping }) => tryOut(mapping),
   csv: (door, { source }) => {
     const bytes = door.export_csv(source);
     return [bytes, [bytes.buffer]];

@@ -5,6 +5,7 @@
 //! accelerometer's axes, and so on to the magnetometer. What a drive cannot show is said as a guess.
 
 mod choices;
+mod clash;
 mod clock;
 mod delay;
 mod gnss;
@@ -17,14 +18,17 @@ mod scene;
 mod sketch;
 mod speeds;
 mod survey;
+mod trial;
 
 use serde::Serialize;
 
 pub use self::choices::{Choice, choices};
+pub use self::clash::{Clash, Correction};
 pub(crate) use self::linear::lean_rows;
 pub(crate) use self::sketch::sketch;
 pub use self::survey::{Finding, Weight};
 use self::survey::{Kind, Role, Survey, canonical_unit, kind};
+pub use self::trial::{TRIAL_SERIES, Thinned, Trial, try_out};
 use crate::clock::times;
 use crate::error::ImportError;
 use crate::mapping::{Mapping, Mount, SignalSource};
