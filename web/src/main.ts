@@ -140,7 +140,7 @@ let columns: Promise<ColumnsDialog> | null = null;
 /** The table of columns is loaded when it is opened first. */
 async function showColumns(): Promise<void> {
   columns ??= import('./wizard/columns').then(({ ColumnsDialog }) => {
-    const made = new ColumnsDialog(store, session, watch);
+    const made = new ColumnsDialog(store, watch);
     document.querySelector('.page')?.append(made.element);
     return made;
   });

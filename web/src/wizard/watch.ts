@@ -9,7 +9,7 @@ import { Cancelled, type OpenRequest, type Pending, Unloaded } from '../worker/r
 import type { Clash, Examined, Mapping, Trial } from './door';
 import { type Issue, issuesOf } from './issues';
 import { guesses } from './mapping';
-import type { Shelved } from './shelf';
+import { columnsOf, recognise, saved, type Shelved } from './shelf';
 
 /** A log of more bytes is examined when someone asks for it: it is read once more for that. */
 const UNASKED = 24e6;
@@ -56,6 +56,12 @@ export class Watch {
   /** The mapping of the open log; null where it was not read with one. */
   get mapping(): Mapping | null {
     return this.#request ? (this.#store.report.value?.import?.mapping ?? null) : null;
+  }
+
+  /** The columns of the open log. */
+  get columns(): string[] {
+    const opened = this.#store.report.value?.import;
+    return opened ? columnsOf(opened) : [];
   }
 
   /** Whether a mapping is that of the open log. */
@@ -140,10 +146,22 @@ export class Watch {
       this.examined.value = null;
     }
     this.button.hidden = request === null;
+    const known = !isSame && request?.mapping === null ? recognise(this.columns, saved()) : null;
+    if (known) {
+      setTimeout(() => void this.#readAs(known, request));
+      return;
+    }
     this.#tell();
     const bytes = request?.files.reduce((sum, file) => sum + file.size, 0) ?? 0;
     if (this.examined.value) void this.#weigh().catch(() => undefined);
     else if (request && bytes <= UNASKED) void this.examine();
+  }
+
+  /** Read a log that was recognised as it was read before. */
+  async #readAs(known: Shelved, request: FilesRequest | null): Promise<void> {
+    if (this.#request !== request) return;
+    if ((await this.apply(known.mapping)) === null) this.recognised.value = known;
+    else void this.examine();
   }
 
   /** A button that corrects one thing and reads the log anew. */
