@@ -34,7 +34,7 @@ const ROWS: Row[] = [
   { key: 'down', unit: 'm/s²', full: 12, apart: 2, values: (m, t) => [m.mean('accel_z', t), -GRAVITY] },
   { key: 'turn', unit: '°/s', full: 30, apart: 3, values: (m, t) => [m.mean('gyro_z', t) * DEGREES, m.mean('expected_turn', t) * DEGREES] },
   { key: 'speed', unit: 'km/h', full: 150, apart: 8, values: (m, t) => [m.mean('speed', t), m.mean('ground_speed', t)].map((v) => 3.6 * v) as [number, number] },
-  { key: 'heading', unit: '°', full: 180, apart: 45, values: (m, t) => [m.at('compass', t), m.at('course', t)].map((v) => v * DEGREES) as [number, number] },
+  { key: 'heading', unit: '°', full: 360, apart: 45, values: (m, t) => [m.at('compass', t), m.at('course', t)].map((v) => (v * DEGREES + 360) % 360) as [number, number] },
 ];
 
 interface Shown {
@@ -165,7 +165,7 @@ export class Preview {
   #drawRow({ row, measured, expected, bars, element }: Shown, motion: Motion, time: number): void {
     const values = row.values(motion, time);
     const digits = row.key === 'heading' || row.key === 'speed' ? 0 : 1;
-    const text = (value: number, by: string): (HTMLElement | string)[] => (Number.isFinite(value) ? [`${formatFixed(value, digits)} ${row.unit}`, h('span.note', {}, by)] : [say.unknown]);
+    const text = (value: number, by: string): (HTMLElement | string)[] => (Number.isFinite(value) ? [`${formatFixed(value, digits)}${row.unit === '°' ? '' : ' '}${row.unit}`, h('span.note', {}, by)] : [say.unknown]);
     measured.replaceChildren(...text(values[0], say.sensor[row.key]));
     expected.replaceChildren(...text(values[1], say.against[row.key]));
     bars.forEach((bar, i) => {

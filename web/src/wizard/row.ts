@@ -4,15 +4,30 @@ import { h, prose } from '../dom';
 import { t } from '../messages';
 import { wizard as say } from '../messages/wizard';
 import type { Signal } from '../signal';
-import { formatSignificant } from '../units';
+import { formatSignificant, prettyUnit } from '../units';
 import type { Choice, ColumnView, Found, Mapping } from './door';
 import { assign, change, CLOCK, differs, inWords, plainUnit, takeColumn, unitOf, unitsOf } from './mapping';
 import { sparkline } from './picture';
 
+/** Least and largest value of a picture; the first is not below the second where there is none. */
+function ends(picture: Float64Array | undefined): [number, number] {
+  const known = picture?.filter((v) => !Number.isNaN(v)) ?? [];
+  return [known.reduce((a, b) => Math.min(a, b), Infinity), known.reduce((a, b) => Math.max(a, b), -Infinity)];
+}
+
 function measured(view: ColumnView, picture: Float64Array | undefined): HTMLElement {
-  const range = view.range ? say.range(formatSignificant(view.range[0]), formatSignificant(view.range[1])) : say.noValues;
+  const [low, high] = view.range ?? ends(picture);
+  const range = low <= high ? say.range(formatSignificant(low), formatSignificant(high)) : say.noValues;
   const rate = view.rate === null ? '' : say.hertz(formatSignificant(view.rate));
   return h('td.measured', {}, picture && view.values > 0 ? sparkline(picture) : null, h('span', {}, range), h('span.note', {}, [rate, view.held ? say.held : ''].filter(Boolean).join(', ')));
+}
+
+/** Units of fields are known in small letters, which people read otherwise. */
+const FIELDS: Record<string, string> = { t: 'T', mt: 'mT', ut: 'µT', nt: 'nT', g: 'G', mg: 'mG' };
+
+/** A unit as people write it. */
+function unitLabel(unit: string, signal: string): string {
+  return (signal.startsWith('mag_') ? FIELDS[plainUnit(unit)] : undefined) ?? prettyUnit(unit);
 }
 
 /** Show a number unless it is what stands there: what is being typed is left alone. */
@@ -46,7 +61,8 @@ export class Row {
     this.#signal = signal;
     this.#isFirst = index === 0;
     const isScaled = signal !== null && signal !== CLOCK;
-    this.#units = signal === null ? null : this.#unitSelect(signal);
+    const isMeasured = signal !== null && unitsOf(shared.choices, signal).length > 0;
+    this.#units = isMeasured ? this.#unitSelect(signal) : null;
     this.#scale = isScaled ? this.#number(say.scaleOf(view.column), (scale) => this.#change({ scale }), (v) => v !== 0) : null;
     this.#offset = signal === null ? null : this.#number(say.offsetOf(view.column), (offset) => this.#change({ offset }), () => true);
     this.element = h(
@@ -109,7 +125,7 @@ export class Row {
   }
 
   #unitSelect(signal: string): HTMLSelectElement {
-    const select = h('select', { 'aria-label': say.unitOf(this.#view.column) }, ...unitsOf(this.#shared.choices, signal).map((unit) => h('option', { value: unit }, unit)));
+    const select = h('select', { 'aria-label': say.unitOf(this.#view.column) }, ...unitsOf(this.#shared.choices, signal).map((unit) => h('option', { value: unit }, unitLabel(unit, signal))));
     select.addEventListener('change', () => this.#change({ unit: select.value }));
     return select;
   }
@@ -118,7 +134,7 @@ export class Row {
   #showUnit(select: HTMLSelectElement, unit: string): void {
     const options = [...select.options];
     const same = options.find((o) => o.value === unit) ?? options.find((o) => plainUnit(o.value) === plainUnit(unit));
-    if (!same) select.prepend(h('option', { value: unit }, unit));
+    if (!same) select.prepend(h('option', { value: unit }, unitLabel(unit, this.#signal ?? '')));
     select.value = same?.value ?? unit;
   }
 

@@ -189,7 +189,8 @@ fn fill(s: &mut Survey, p: &Proposal) {
             continue;
         }
         let why = entry.map_or(String::new(), |e| e.why.clone());
-        let confidence = entry.map_or(Confidence::Guess, |e| e.confidence).min(Confidence::Likely);
+        let told = entry.filter(|e| e.signal == signal && turn > 0.0);
+        let confidence = told.map_or(Confidence::Guess, |e| e.confidence).min(Confidence::Likely);
         s.roles[column] = Some(Role {
             unit: source.unit.clone().unwrap_or_else(|| canonical_unit(&signal).into()),
             signal,
