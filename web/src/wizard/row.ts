@@ -11,7 +11,7 @@ import { sparkline } from './picture';
 
 /** Least and largest value of a picture; the first is not below the second where there is none. */
 function ends(picture: Float64Array | undefined): [number, number] {
-  const known = picture?.filter((v) => !Number.isNaN(v)) ?? [];
+  const known = [...(picture ?? [])].filter((v) => !Number.isNaN(v));
   return [known.reduce((a, b) => Math.min(a, b), Infinity), known.reduce((a, b) => Math.max(a, b), -Infinity)];
 }
 
