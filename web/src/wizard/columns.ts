@@ -57,6 +57,7 @@ export class ColumnsDialog {
         h('p.note', {}, say.intro),
         this.#examine,
         this.#issues,
+        h('div.columns-actions', {}, this.#takeAll, this.#takeMounts),
         this.#preview.element,
         this.#table.element,
         this.#findings,
@@ -64,7 +65,7 @@ export class ColumnsDialog {
         this.#saved.element),
       h('footer', {},
         h('div.columns-said', {}, this.#refusal, this.#state),
-        h('div.columns-actions', {}, this.#takeAll, this.#takeMounts, h('span.spacer'), this.#startOver, this.#undo, this.#apply)),
+        h('div.columns-actions', {}, this.#startOver, this.#undo, this.#apply)),
     );
     this.element.addEventListener('click', (event) => event.target === this.element && this.element.close());
     this.element.addEventListener('close', () => this.#preview.stop());

@@ -184,7 +184,10 @@ export class Watch {
     const recognised = this.#recognisedBy();
     const guessed = this.examined.value ? guesses(this.examined.value[0]) : 0;
     this.notice.hidden = issues.length === 0 && !recognised && guessed === 0;
-    if (!mapping || this.notice.hidden) return;
+    if (!mapping || this.notice.hidden) {
+      this.notice.replaceChildren();
+      return;
+    }
     const rest = issues.length - TOLD;
     this.notice.replaceChildren(
       ...(recognised ? [recognised] : []),
