@@ -81,7 +81,7 @@ export class ColumnsDialog {
   }
 
   show(): void {
-    this.#refusal.hidden = true;
+    this.#refuse(null);
     if (!this.element.open) this.element.showModal();
     void this.#watch.examine();
     this.#try();
@@ -102,7 +102,16 @@ export class ColumnsDialog {
     const mapping = this.draft.value;
     if (!mapping || !this.#watch.examined.value || !this.element.open || mapping === this.#tried) return;
     const isSame = this.trial.value !== null && JSON.stringify(mapping) === JSON.stringify(this.#tried);
-    const trial = isSame ? this.trial.value : await this.#watch.tryOut(mapping);
+    let trial = this.trial.value;
+    let refusal = '';
+    if (!isSame) {
+      try {
+        trial = await this.#watch.tryOut(mapping);
+      } catch (reason) {
+        refusal = reason instanceof Error ? reason.message : String(reason);
+      }
+    }
+    this.#refuse(refusal);
     this.#tried = mapping;
     this.trial.value = trial;
     if (isSame) this.#showIssues();
@@ -110,11 +119,16 @@ export class ColumnsDialog {
 
   async #applyDraft(): Promise<void> {
     if (!this.draft.value) return;
-    this.#refusal.hidden = true;
+    this.#refuse(null);
     const refusal = await this.#watch.apply(this.draft.value);
-    this.#refusal.textContent = refusal;
-    this.#refusal.hidden = !refusal;
+    this.#refuse(refusal);
     if (refusal === null) this.#state.textContent = say.applied;
+  }
+
+  /** Say why a mapping cannot be read with, if it cannot. */
+  #refuse(sentence: string | null): void {
+    this.#refusal.textContent = sentence;
+    this.#refusal.hidden = !sentence;
   }
 
   #showState(): void {

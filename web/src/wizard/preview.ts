@@ -1,5 +1,6 @@
 /** The car as a mapping reads it, at one instant or over a short piece: pictures, and numbers beside what others say. */
 
+import '../style/preview.css';
 import { h } from '../dom';
 import { wizard } from '../messages/wizard';
 import { perFrame, type Signal } from '../signal';

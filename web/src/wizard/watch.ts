@@ -81,7 +81,7 @@ export class Watch {
     try {
       const examined = await pending.answer;
       if (this.#pending !== pending) return;
-      this.weak = (await this.tryOut(examined[0].mapping))?.clashes ?? [];
+      this.weak = (await this.tryOut(examined[0].mapping).catch(() => null))?.clashes ?? [];
       if (this.#pending !== pending) return;
       this.examined.value = examined;
       await this.#weigh();
@@ -183,19 +183,22 @@ export class Watch {
     const issues = mapping && this.trial.value ? this.issues(mapping, this.trial.value) : [];
     const recognised = this.#recognisedBy();
     const guessed = this.examined.value ? guesses(this.examined.value[0]) : 0;
+    const isFocused = this.notice.contains(document.activeElement);
     this.notice.hidden = issues.length === 0 && !recognised && guessed === 0;
-    if (!mapping || this.notice.hidden) {
-      this.notice.replaceChildren();
-      return;
-    }
+    this.notice.replaceChildren(...(mapping && !this.notice.hidden ? this.#told(mapping, issues, recognised, guessed) : []));
+    // The keyboard stays here when the button that was pressed is gone.
+    if (isFocused) (this.notice.querySelector<HTMLElement>('button:enabled') ?? this.button).focus();
+  }
+
+  #told(mapping: Mapping, issues: Issue[], recognised: HTMLElement | null, guessed: number): (HTMLElement | string)[] {
     const rest = issues.length - TOLD;
-    this.notice.replaceChildren(
+    return [
       ...(recognised ? [recognised] : []),
       ...(issues.length > 0 ? [h('p', {}, h('strong', {}, t.columns.contradictions(issues.length)))] : []),
       h('ul.issues', {}, ...issues.slice(0, TOLD).map((issue) => h('li', {}, h('span', {}, ...prose(issue.text)), this.#correct(mapping, issue)))),
       rest > 0 ? h('p', {}, t.columns.moreIssues(rest)) : '',
       guessed > 0 ? h('p', {}, t.columns.guesses(guessed)) : '',
       h('button', { type: 'button', 'aria-haspopup': 'dialog', onclick: this.#show }, t.columns.look),
-    );
+    ];
   }
 }
