@@ -35,8 +35,8 @@ const MODULES: [Module; 4] = [
 ];
 
 /// Files of a room are loaded when it is entered first: the folder of a large room has a `room.ts`, which names them. The
-/// table of columns is one too.
-const ROOMS: [&str; 2] = ["/room-", "/columns-"];
+/// table of columns is one too, and what watches over a file's columns (`shelf` is what both share).
+const ROOMS: [&str; 4] = ["/room-", "/columns-", "/watch-", "/shelf-"];
 
 /// Gzipped bytes of the built page.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

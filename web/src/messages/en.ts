@@ -3,7 +3,6 @@
 import type { RoomName } from '../room-names';
 import { files } from './files';
 import { axis } from './axis';
-import { columns } from './columns';
 import { compass, gate, variants } from './magnetic';
 import { navigation } from './navigation';
 import { loops } from './loops';
@@ -12,7 +11,6 @@ import { road } from './road';
 
 export const en = {
   files,
-  columns,
   variants,
   gate,
   compass,

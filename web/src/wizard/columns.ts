@@ -3,6 +3,7 @@
 import '../style/columns.css';
 import { h, iconButton, prose } from '../dom';
 import { t } from '../messages';
+import { columns as beside } from '../messages/columns';
 import { wizard as say } from '../messages/wizard';
 import { Signal } from '../signal';
 import type { Store } from '../state';
@@ -182,6 +183,6 @@ export class ColumnsDialog {
   #correct({ what, fix }: Issue): HTMLElement | null {
     if (!fix) return null;
     const act = (): void => this.#set(this.draft.value && fix(this.draft.value));
-    return h('button', { type: 'button', 'aria-label': t.columns.correctOf(what), onclick: act }, t.columns.correct);
+    return h('button', { type: 'button', 'aria-label': beside.correctOf(what), onclick: act }, beside.correct);
   }
 }

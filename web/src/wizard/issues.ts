@@ -1,6 +1,6 @@
 /** What speaks against a mapping, each as one sentence with numbers, and with what corrects it. */
 
-import { t } from '../messages';
+import { columns as say } from '../messages/columns';
 import { formatFixed } from '../units';
 import type { Clash, Correction, Examined, Found, Mapping, Trial } from './door';
 import { change, doubts, inWords, setDelay, setMount, signalsOf, takeAll, takeColumn } from './mapping';
@@ -55,7 +55,7 @@ export function issuesOf(against: Against): Issue[] {
   const views = found.columns.filter((c) => doubtful.has(c.column) && !told.has(c.column) && !isWeak.has(c.column));
   const otherwise = views.map(({ column, why }): Issue => ({
     what: column,
-    text: t.columns.otherwise(column, inWords(mapping, column, choices), inWords(found.mapping, column, choices), why),
+    text: say.otherwise(column, inWords(mapping, column, choices), inWords(found.mapping, column, choices), why),
     columns: [column],
     fix: take([column]),
   }));
@@ -64,7 +64,7 @@ export function issuesOf(against: Against): Issue[] {
   const stands = (columns: string[]): boolean => (columns.length === 0 ? isFirst : readingOf(mapping, columns) === readingOf(first, columns));
   const said = found.findings.filter((f) => f.weight === 'contradiction' && stands(f.columns) && !f.columns.some((c) => told.has(c)));
   const stated = said.map((f): Issue => ({
-    what: f.columns.join(', ') || t.columns.names,
+    what: f.columns.join(', ') || say.names,
     text: f.text,
     columns: f.columns,
     fix: f.columns.length === 0 && !found.names_believed ? (m) => takeAll(m, found) : take(f.columns),
@@ -75,17 +75,17 @@ export function issuesOf(against: Against): Issue[] {
 
 /** A housing that leans, a sensor that is late. */
 function placing(channel: string, mapping: Mapping, found: Found): Issue[] {
-  const name = t.columns.channels[channel] ?? channel;
+  const name = say.channels[channel] ?? channel;
   const [mount, late] = [found.mounts.find((m) => m.channel === channel && m.applied), found.delays.find((d) => d.channel === channel && d.applied)];
   const issues: Issue[] = [];
   if (mount && !mapping.mounts?.[channel]) {
     const [roll, pitch, yaw] = [mount.mount.roll_deg, mount.mount.pitch_deg, mount.mount.yaw_deg].map((v) => formatFixed(v, 1)) as [string, string, string];
-    const text = t.columns.leans(name, roll, pitch, yaw, formatFixed(mount.sigma_deg, 1), mount.why);
-    issues.push({ what: t.columns.leanOf(name), text, columns: [], fix: (m) => setMount(m, channel, mount.mount) });
+    const text = say.leans(name, roll, pitch, yaw, formatFixed(mount.sigma_deg, 1), mount.why);
+    issues.push({ what: say.leanOf(name), text, columns: [], fix: (m) => setMount(m, channel, mount.mount) });
   }
   if (late && mapping.delays?.[channel] === undefined) {
-    const text = t.columns.isLate(name, formatFixed(late.late, 3), formatFixed(late.sigma, 3), late.why);
-    issues.push({ what: t.columns.lateOf(name), text, columns: [], fix: (m) => setDelay(m, channel, late.late) });
+    const text = say.isLate(name, formatFixed(late.late, 3), formatFixed(late.sigma, 3), late.why);
+    issues.push({ what: say.lateOf(name), text, columns: [], fix: (m) => setDelay(m, channel, late.late) });
   }
   return issues;
 }

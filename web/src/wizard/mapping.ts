@@ -1,6 +1,6 @@
 /** Changing a mapping by hand, and holding it against what physics proposes. Every function returns a new mapping. */
 
-import { t } from '../messages';
+import { columns as say } from '../messages/columns';
 import { formatSignificant } from '../units';
 import type { Choice, ColumnView, Found, Mapping, Mount, SignalSource } from './door';
 
@@ -158,5 +158,5 @@ export function inWords(mapping: Mapping, column: string, choices: Choice[]): st
     const offset = source?.offset ?? 0;
     return [signal, source?.unit ?? unitOf(choices, signal), scale === 1 ? '' : `× ${formatSignificant(scale)}`, offset === 0 ? '' : `+ ${formatSignificant(offset)}`].filter(Boolean).join(', ');
   });
-  return words.length > 0 ? words.join('; ') : t.columns.unused;
+  return words.length > 0 ? words.join('; ') : say.unused;
 }

@@ -1,7 +1,7 @@
 /** What a mapping says besides its columns: mounts, delays, the clock's steps back, the origin. */
 
 import { h, prose } from '../dom';
-import { t } from '../messages';
+import { columns as beside } from '../messages/columns';
 import { wizard as say } from '../messages/wizard';
 import type { Signal } from '../signal';
 import { formatFixed } from '../units';
@@ -73,7 +73,7 @@ export class Placing {
   }
 
   #delay(channel: string): HTMLElement {
-    const label = `${t.columns.channels[channel] ?? channel}, ${say.seconds}`;
+    const label = `${beside.channels[channel] ?? channel}, ${say.seconds}`;
     return h('div.delay', {}, this.#number(label, (m) => m.delays?.[channel] ?? 0, (m, value) => setDelay(m, channel, value)), this.#note(`delay ${channel}`));
   }
 

@@ -1,7 +1,7 @@
 /** One row of the table of columns: a raw column as one signal. Its controls stay in place while what they show changes. */
 
 import { h, prose } from '../dom';
-import { t } from '../messages';
+import { columns as beside } from '../messages/columns';
 import { wizard as say } from '../messages/wizard';
 import type { Signal } from '../signal';
 import { formatSignificant, prettyUnit } from '../units';
@@ -108,7 +108,7 @@ export class Row {
     const [{ choices }, { column }, signal] = [this.#shared, this.#view, this.#signal];
     const option = (value: string, text: string): HTMLElement => h('option', { value, selected: value === (signal ?? '') }, text);
     const groups = [...new Set(choices.map((c) => c.channel))].map((channel) =>
-      h('optgroup', { label: t.columns.channels[channel] ?? channel }, ...choices.filter((c) => c.channel === channel).map((c) => option(c.signal, c.signal))),
+      h('optgroup', { label: beside.channels[channel] ?? channel }, ...choices.filter((c) => c.channel === channel).map((c) => option(c.signal, c.signal))),
     );
     const isFurther = signal !== null && signal !== CLOCK && !choices.some((c) => c.signal === signal);
     const isClock = signal === CLOCK;

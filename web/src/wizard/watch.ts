@@ -1,7 +1,7 @@
 /** Has every opened log examined by physics, and says in the log's report what contradicts how it was read. */
 
 import { h, prose } from '../dom';
-import { t } from '../messages';
+import { columns as say } from '../messages/columns';
 import type { Session } from '../session';
 import { Signal } from '../signal';
 import type { Store } from '../state';
@@ -18,6 +18,12 @@ const TOLD = 4;
 
 type FilesRequest = Extract<OpenRequest, { kind: 'files' }>;
 
+/** In the log's report: what says what should be looked at, and what opens the table of columns. */
+export interface Beside {
+  readonly notice: HTMLElement;
+  readonly button: HTMLButtonElement;
+}
+
 export class Watch {
   readonly examined = new Signal<Examined | null>(null);
   readonly isWorking = new Signal(false);
@@ -33,10 +39,7 @@ export class Watch {
   first: Mapping | null = null;
   /** Where what physics proposes contradicts itself: there it is not to be believed. */
   weak: Clash[] = [];
-  /** Opens the table of columns; for the log's report. */
-  readonly button: HTMLButtonElement;
-  /** Says what should be looked at. */
-  readonly notice = h('div.columns-notice', { role: 'status', hidden: true });
+  #beside: Beside;
   #store: Store;
   #session: Session;
   #request: FilesRequest | null = null;
@@ -44,12 +47,15 @@ export class Watch {
   #show: () => void;
 
   /** `show` opens the table. */
-  constructor(store: Store, session: Session, show: () => void) {
+  constructor(store: Store, session: Session, beside: Beside, show: () => void) {
     this.#store = store;
     this.#session = session;
     this.#show = show;
-    this.button = h('button', { type: 'button', hidden: true, 'aria-haspopup': 'dialog', onclick: show }, t.columns.button);
-    store.report.on(() => this.#opened());
+    this.#beside = beside;
+    beside.button.textContent = say.button;
+    beside.button.ariaHasPopup = 'dialog';
+    beside.button.addEventListener('click', show);
+    store.report.watch(() => this.#opened());
     for (const heard of [this.examined, this.trial, this.isReading, this.recognised]) heard.on(() => this.#tell());
   }
 
@@ -86,7 +92,7 @@ export class Watch {
       this.examined.value = examined;
       await this.#weigh();
     } catch (reason) {
-      const sentence = reason instanceof Unloaded ? t.columns.unloaded : reason instanceof Error ? reason.message : String(reason);
+      const sentence = reason instanceof Unloaded ? say.unloaded : reason instanceof Error ? reason.message : String(reason);
       if (this.#pending === pending && !(reason instanceof Cancelled)) this.failure.value = sentence;
     } finally {
       if (this.#pending === pending) {
@@ -145,7 +151,7 @@ export class Watch {
       this.recognised.value = null;
       this.examined.value = null;
     }
-    this.button.hidden = request === null;
+    this.#beside.button.hidden = request === null;
     const known = !isSame && request?.mapping === null ? recognise(this.columns, saved()) : null;
     if (known) {
       setTimeout(() => void this.#readAs(known, request));
@@ -168,14 +174,14 @@ export class Watch {
   #correct(mapping: Mapping, { fix, what }: Issue): HTMLElement | null {
     if (!fix) return null;
     const act = (): void => void this.apply(fix(mapping));
-    return h('button', { type: 'button', disabled: this.isReading.value, 'aria-label': t.columns.correctOf(what), onclick: act }, t.columns.correct);
+    return h('button', { type: 'button', disabled: this.isReading.value, 'aria-label': say.correctOf(what), onclick: act }, say.correct);
   }
 
   #recognisedBy(): HTMLElement | null {
     const saved = this.recognised.value;
     if (!saved || !this.#request) return null;
     const drop = (): void => void this.apply(null).then((refusal) => refusal === null && (this.recognised.value = null));
-    return h('p.recognised', {}, `${t.columns.recognised(saved.name, saved.columns.length)} `, h('button', { type: 'button', disabled: this.isReading.value, onclick: drop }, t.columns.unrecognise));
+    return h('p.recognised', {}, `${say.recognised(saved.name, saved.columns.length)} `, h('button', { type: 'button', disabled: this.isReading.value, onclick: drop }, say.unrecognise));
   }
 
   #tell(): void {
@@ -183,22 +189,22 @@ export class Watch {
     const issues = mapping && this.trial.value ? this.issues(mapping, this.trial.value) : [];
     const recognised = this.#recognisedBy();
     const guessed = this.examined.value ? guesses(this.examined.value[0]) : 0;
-    const isFocused = this.notice.contains(document.activeElement);
-    this.notice.hidden = issues.length === 0 && !recognised && guessed === 0;
-    this.notice.replaceChildren(...(mapping && !this.notice.hidden ? this.#told(mapping, issues, recognised, guessed) : []));
+    const isFocused = this.#beside.notice.contains(document.activeElement);
+    this.#beside.notice.hidden = issues.length === 0 && !recognised && guessed === 0;
+    this.#beside.notice.replaceChildren(...(mapping && !this.#beside.notice.hidden ? this.#told(mapping, issues, recognised, guessed) : []));
     // The keyboard stays here when the button that was pressed is gone.
-    if (isFocused) (this.notice.querySelector<HTMLElement>('button:enabled') ?? this.button).focus();
+    if (isFocused) (this.#beside.notice.querySelector<HTMLElement>('button:enabled') ?? this.#beside.button).focus();
   }
 
   #told(mapping: Mapping, issues: Issue[], recognised: HTMLElement | null, guessed: number): (HTMLElement | string)[] {
     const rest = issues.length - TOLD;
     return [
       ...(recognised ? [recognised] : []),
-      ...(issues.length > 0 ? [h('p', {}, h('strong', {}, t.columns.contradictions(issues.length)))] : []),
+      ...(issues.length > 0 ? [h('p', {}, h('strong', {}, say.contradictions(issues.length)))] : []),
       h('ul.issues', {}, ...issues.slice(0, TOLD).map((issue) => h('li', {}, h('span', {}, ...prose(issue.text)), this.#correct(mapping, issue)))),
-      rest > 0 ? h('p', {}, t.columns.moreIssues(rest)) : '',
-      guessed > 0 ? h('p', {}, t.columns.guesses(guessed)) : '',
-      h('button', { type: 'button', 'aria-haspopup': 'dialog', onclick: this.#show }, t.columns.look),
+      rest > 0 ? h('p', {}, say.moreIssues(rest)) : '',
+      guessed > 0 ? h('p', {}, say.guesses(guessed)) : '',
+      h('button', { type: 'button', 'aria-haspopup': 'dialog', onclick: this.#show }, say.look),
     ];
   }
 }
