@@ -4,6 +4,8 @@
 //! not. Everything leans on the motion over ground: places tell velocity, that tells speeds, those tell the
 //! accelerometer's axes, and so on to the magnetometer. What a drive cannot show is said as a guess.
 
+mod choices;
+mod clash;
 mod clock;
 mod delay;
 mod gnss;
@@ -13,14 +15,20 @@ mod magnetic;
 mod others;
 mod run;
 mod scene;
+mod sketch;
 mod speeds;
 mod survey;
+mod trial;
 
 use serde::Serialize;
 
+pub use self::choices::{Choice, choices};
+pub use self::clash::{Clash, Correction};
 pub(crate) use self::linear::lean_rows;
+pub(crate) use self::sketch::sketch;
 pub use self::survey::{Finding, Weight};
 use self::survey::{Kind, Role, Survey, canonical_unit, kind};
+pub use self::trial::{TRIAL_SERIES, Thinned, Trial, try_out};
 use crate::clock::times;
 use crate::error::ImportError;
 use crate::mapping::{Mapping, Mount, SignalSource};
@@ -181,7 +189,8 @@ fn fill(s: &mut Survey, p: &Proposal) {
             continue;
         }
         let why = entry.map_or(String::new(), |e| e.why.clone());
-        let confidence = entry.map_or(Confidence::Guess, |e| e.confidence).min(Confidence::Likely);
+        let told = entry.filter(|e| e.signal == signal && turn > 0.0);
+        let confidence = told.map_or(Confidence::Guess, |e| e.confidence).min(Confidence::Likely);
         s.roles[column] = Some(Role {
             unit: source.unit.clone().unwrap_or_else(|| canonical_unit(&signal).into()),
             signal,
