@@ -79,7 +79,9 @@ const rooms = new Rooms(store, {
 async function openBuiltIn(name: string, seed: number | null = null): Promise<void> {
   const drive = store.catalogue.value?.drives.find((d) => d.name === name);
   const first = drive && drive.duration <= SHORT_DRIVE ? null : FIRST_LOOK;
-  if (await session.open({ kind: 'simulation', name, seed, first, composed: null }, drive?.title ?? name)) void session.runAll();
+  if (!(await session.open({ kind: 'simulation', name, seed, first, composed: null }, drive?.title ?? name))) return;
+  // Once nothing else is to be done, so that a file can be opened later without a network.
+  void session.runAll().then(watched).catch(() => undefined);
 }
 
 /** Open what a claim was tried on, tuned as it was tried. */
@@ -138,7 +140,7 @@ async function showLoops(): Promise<void> {
 
 let watch: Promise<Watch> | null = null;
 
-/** What watches over the columns of logs is loaded with the first one; without it a log opens all the same. */
+/** What watches over the columns of logs; without it a log opens all the same. */
 function watched(): Promise<Watch> {
   watch ??= import('./wizard/watch').then(({ Watch }) => new Watch(store, session, beside, () => void showColumns().catch(tell)));
   watch.catch(() => (watch = null));

@@ -8,7 +8,8 @@ export const columns = {
   guesses: (count: number) => (count === 1 ? 'One guess is to be checked in the table of columns.' : `${count} guesses are to be checked in the table of columns.`),
   correct: 'Correct it',
   correctOf: (what: string) => `Correct it: ${what}`,
-  otherwise: (column: string, now: string, proposed: string, why: string) => `\`${column}\` is read as ${now}; physics says ${proposed}: ${why}.`,
+  otherwise: (columns: readonly string[], now: string, proposed: string, why: string) =>
+    `${columns.map((c) => `\`${c}\``).join(', ')} ${columns.length > 1 ? 'are' : 'is'} read as ${now}; physics says ${proposed}: ${why}.`,
   leans: (name: string, roll: string, pitch: string, yaw: string, sigma: string, why: string) => `${name}: its housing leans by roll ${roll}°, pitch ${pitch}°, yaw ${yaw}° (± ${sigma}°), by ${why}.`,
   isLate: (name: string, late: string, sigma: string, why: string) => `${name}: its samples are ${late} s late (± ${sigma} s), by ${why}.`,
   leanOf: (name: string) => `lean of ${name}`,

@@ -53,12 +53,14 @@ export function issuesOf(against: Against): Issue[] {
   }));
   const told = new Set(clashes.flatMap((c) => c.columns));
   const views = found.columns.filter((c) => doubtful.has(c.column) && !told.has(c.column) && !isWeak.has(c.column));
-  const otherwise = views.map(({ column, why }): Issue => ({
-    what: column,
-    text: say.otherwise(column, inWords(mapping, column, choices), inWords(found.mapping, column, choices), why),
-    columns: [column],
-    fix: take([column]),
-  }));
+  // Axes of one sensor that are told by one thing are corrected together: turned alone they would be left-handed.
+  const reasons = [...new Set(views.map((v) => v.why))];
+  const otherwise = reasons.map((why): Issue => {
+    const columns = views.filter((v) => v.why === why).map((v) => v.column);
+    const reading = (of: Mapping): string => columns.map((column) => inWords(of, column, choices)).join('; ');
+    const what = columns.join(', ');
+    return { what, text: say.otherwise(columns, reading(mapping), reading(found.mapping), why), columns, fix: take(columns) };
+  });
   // What the file says of itself stays said; it is no issue any more where the reading was changed and agrees with the rest.
   const isFirst = JSON.stringify(mapping) === JSON.stringify(first);
   const stands = (columns: string[]): boolean => (columns.length === 0 ? isFirst : readingOf(mapping, columns) === readingOf(first, columns));
@@ -70,7 +72,7 @@ export function issuesOf(against: Against): Issue[] {
     fix: f.columns.length === 0 && !found.names_believed ? (m) => takeAll(m, found) : take(f.columns),
   }));
   const placed = doubt.channels.flatMap((channel) => placing(channel, mapping, found));
-  return [...clashes, ...stated, ...otherwise.filter((o) => !stated.some((s) => s.fix && s.columns.includes(o.what))), ...placed];
+  return [...clashes, ...stated, ...otherwise.filter((o) => !stated.some((s) => s.fix && o.columns.every((c) => s.columns.includes(c)))), ...placed];
 }
 
 /** A housing that leans, a sensor that is late. */

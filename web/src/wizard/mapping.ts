@@ -156,7 +156,7 @@ export function inWords(mapping: Mapping, column: string, choices: Choice[]): st
     const source = signal === CLOCK ? { ...mapping.time, scale: 1 } : mapping.signals[signal];
     const scale = source?.scale ?? 1;
     const offset = source?.offset ?? 0;
-    return [signal, source?.unit ?? unitOf(choices, signal), scale === 1 ? '' : `× ${formatSignificant(scale)}`, offset === 0 ? '' : `+ ${formatSignificant(offset)}`].filter(Boolean).join(', ');
+    return [signal, source?.unit ?? unitOf(choices, signal), scale === 1 ? '' : `× ${Math.abs(scale) === 1 ? '−1' : formatSignificant(scale)}`, offset === 0 ? '' : `+ ${formatSignificant(offset)}`].filter(Boolean).join(', ');
   });
   return words.length > 0 ? words.join('; ') : say.unused;
 }

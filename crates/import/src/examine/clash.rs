@@ -251,12 +251,38 @@ impl Court<'_> {
     fn forces(&mut self, is_g: bool) {
         let speed = if self.r.ground.is_some() { "speed".into() } else { self.speed_label() };
         let what = [format!("d({speed})/dt"), format!("{speed} times rate of turn")];
+        let mut is_forward = false;
         for ((axis, expected), what) in self.r.expected().iter().enumerate().zip(what) {
             let pairs = pairs(expected, &self.r.force[axis]);
             // Gravity tells the unit better.
             let family: &[&str] = if is_g { &ACCEL[axis..=axis] } else { &ACCEL };
-            self.hold(Against { name: ACCEL[axis], family, what, pairs, least: 0.25 });
+            let (forward, tells) = (axis == 0, fit(pairs.iter().copied()).correlation > TELLS[0]);
+            let is_known = self.hold(Against { name: ACCEL[axis], family, what, pairs: pairs.clone(), least: 0.25 });
+            is_forward |= forward && (tells || is_known);
+            if !forward && !is_known && is_g {
+                self.circling(&pairs, is_forward);
+            }
         }
+    }
+
+    /// In a steady circle nothing changes, but the mean of the lateral force tells its side. A sensor that is sold is
+    /// right-handed: unless the forward axis is known, both level axes point the other way.
+    fn circling(&mut self, pairs: &[(f64, f64)], is_forward: bool) {
+        let known: Vec<_> = pairs.iter().filter(|p| p.0.is_finite() && p.1.is_finite()).collect();
+        let n = known.len() as f64;
+        let (expected, measured) = known.iter().fold((0.0, 0.0), |(e, m), p| (e + p.0 / n, m + p.1 / n));
+        let apart = (measured - expected).abs();
+        if known.len() < 20 || expected.abs() < 0.8 || measured * expected > -0.4 * expected.powi(2) {
+            return;
+        }
+        let text = format!(
+            "{} averages {measured:+.2} m/s^2 where speed times rate of turn averages {expected:+.2} over {n} values: its axis points to the other side, or its housing leans by {:.0} deg.",
+            self.label("accel_y"),
+            (apart / STANDARD_GRAVITY).min(1.0).asin().to_degrees()
+        );
+        let names: &[&str] = if is_forward { &["accel_y"] } else { &["accel_x", "accel_y", "gyro_x", "gyro_y"] };
+        let corrections = self.flip(names);
+        self.say(&["accel_y"], text, corrections);
     }
 
     fn speed_label(&self) -> String {

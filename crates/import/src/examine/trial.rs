@@ -440,6 +440,27 @@ mod tests {
         assert_eq!(found[0].columns, ["mag_x", "mag_y"]);
     }
 
+    /// Catches a circle at one speed whose lateral force is on the wrong side and correlates with nothing.
+    #[test]
+    fn a_sensor_that_looks_backwards_in_a_steady_circle_is_turned_round() {
+        let mut thin = driven();
+        let (v, rate) = (7.0, 0.25);
+        for i in 0..BINS {
+            let yaw = rate * i as f64 * STEP;
+            let noise = 0.2 * (1.7 * i as f64).sin();
+            let values = [noise, -v * rate + noise, -STANDARD_GRAVITY, 0.0, 0.0, rate, v, v * yaw.cos(), v * yaw.sin()];
+            thin.columns.iter_mut().zip(values).for_each(|(c, v)| c[i] = v);
+            (thin.columns[9][i], thin.columns[10][i]) = (20.0 * yaw.cos(), -20.0 * yaw.sin());
+        }
+        let mut mapping = plain(&thin);
+        let found = try_out(&thin, &mapping).unwrap().clashes;
+        let [clash] = &found[..] else { panic!("{found:#?}") };
+        assert_eq!(clash.columns, ["accel_y"]);
+        corrected(&mut mapping, clash);
+        assert_eq!(["accel_x", "accel_y", "accel_z"].map(|n| mapping.signals[n].scale), [-1.0, -1.0, 1.0]);
+        assert!(try_out(&thin, &mapping).unwrap().clashes.is_empty());
+    }
+
     /// Catches an attitude whose pitch or roll has the wrong sign: uphill the nose is up, and the body turns with the gyro.
     #[test]
     fn the_car_leans_and_turns_as_its_sensors_say() {
