@@ -111,10 +111,13 @@ fn wheel_speeds_fifty_milliseconds_late_are_found_to_ten() {
         let (before, after) = (find_wheel_latency(&drive).unwrap(), find_wheel_latency(&late).unwrap());
         assert!((after.delay - before.delay - 0.05).abs() < 0.01, "{case}: {before:?} {after:?}");
     }
-    // A simulated drive whose wheels have no delay of their own.
-    let drive = drivescope_simulation::simulate(&drivescope_simulation::named("city_hills").unwrap(), None).unwrap();
-    let found = find_wheel_latency(&with_earlier_wheels(&drive, -0.05).unwrap()).unwrap();
-    assert!((found.delay - 0.05).abs() < 0.01, "{found:?}");
+    // Drives whose wheels have no delay of their own, and a real one.
+    let simulated = ["city_hills", "slope_speedbump", "urban"]
+        .map(|name| drivescope_simulation::simulate(&drivescope_simulation::named(name).unwrap(), None).unwrap());
+    for drive in simulated.into_iter().chain(shared(RAV4).map(|path| open(&path))) {
+        let found = find_wheel_latency(&with_earlier_wheels(&drive, -0.05).unwrap()).unwrap();
+        assert!((found.delay - 0.05).abs() < 0.01 && found.is_notable(), "{found:?}");
+    }
 }
 
 /// Errors of a profile's grade against the truth at the same places, rad.

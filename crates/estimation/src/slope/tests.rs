@@ -345,3 +345,17 @@ fn the_motorway_log_shows_the_grade_of_its_reference() {
     // 0.57 deg. Catches a sign, a latency, a wrong wheel, and a bump taken for a grade.
     assert!(fit.correlation >= 0.955 && fit.rms.to_degrees() <= 0.58, "{} {}", fit.correlation, fit.rms.to_degrees());
 }
+
+#[test]
+fn sideslip_is_that_of_the_two_speeds_and_nothing_of_a_car_that_hardly_moves() {
+    // Catches speeds in the wrong order, and an angle of noise at standstill.
+    let Some((drive, _)) = case(CASES[3]) else { return };
+    let out = run(&drive, &SlopeParams::default());
+    assert!(out.len() > 1000);
+    for e in out.iter().map(|o| &o.1) {
+        assert!(e.speed > 1.0 && e.sideslip_sigma > 0.0, "{e:?}");
+        assert!((e.sideslip.tan() - e.lateral_speed / e.speed).abs() < 1e-12, "{e:?}");
+    }
+    let still = parked(0.0, 1.0, 0.0, &mut Slope::new(&SlopeParams::default(), &paper_car(), &START));
+    assert!(still.sideslip.is_nan() && still.sideslip_sigma.is_nan());
+}
