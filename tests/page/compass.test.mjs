@@ -183,19 +183,32 @@ test('a drive that hardly turns is refused with the reason', async () => {
 
 const CIRCLES = fileURLToPath(new URL('../../../shared/data/vn100_circles/', import.meta.url));
 
-/** The first car's two files as one: the rows of both, of the columns that are used. */
-function firstCar() {
-  const columns = ['t', 'gyro_x', 'gyro_y', 'gyro_z', 'acc_x', 'acc_y', 'acc_z', 'mag_x', 'mag_y', 'mag_z', 'latitude', 'longitude', 'altitude'];
-  const rows = ['circle_data_0_imu.csv', 'circle_data_0_gps.csv'].flatMap((name) => {
+/** Rows of the recorded files as one log over `t`, of the columns named in it. */
+function joined(files, columns, time) {
+  const rows = files.flatMap((name) => {
     const [head, ...lines] = readFileSync(CIRCLES + name, 'utf8').split('\n');
     const names = head.trim().split(',');
-    return lines.filter((line) => /^\d/.test(line)).map((line) => {
-      const cells = line.split(',');
-      return columns.map((c) => (names.includes(c) ? cells[names.indexOf(c)] : ''));
+    return lines.filter((line) => /\d/.test(line)).map((line) => {
+      const cells = line.trim().split(',');
+      const cell = (c) => (names.includes(c) ? cells[names.indexOf(c)] : '');
+      return [time(cell), ...columns.map(cell)];
     });
   });
   rows.sort((a, b) => Number(a[0]) - Number(b[0]));
-  return [columns, ...rows].map((row) => row.join(',')).join('\n');
+  return [['t', ...columns], ...rows].map((row) => row.join(',')).join('\n');
+}
+
+const PLACE = ['latitude', 'longitude', 'altitude'];
+
+/** The first car's two files as one. */
+const firstCar = () => joined(['circle_data_0_imu.csv', 'circle_data_0_gps.csv'], ['gyro_x', 'gyro_y', 'gyro_z', 'acc_x', 'acc_y', 'acc_z', 'mag_x', 'mag_y', 'mag_z', ...PLACE], (cell) => cell('t'));
+
+/** The second car's file, whose rows of GNSS have a clock of their own: each row over its own. */
+function secondCar() {
+  const axes = (what) => ['x', 'y', 'z'].map((axis) => `${what}_${axis}`);
+  const columns = [...axes('linear_acceleration'), ...axes('angular_velocity'), ...axes('magnetic_field'), ...PLACE];
+  const clock = (cell, which) => Number(cell(`timestamp_sec_${which}`)) + 1e-9 * Number(cell(`timestamp_nanosec_${which}`));
+  return joined(['car2/data_going_in_circles.csv'], columns, (cell) => clock(cell, cell('timestamp_sec_gps') ? 'gps' : 'imu').toFixed(6));
 }
 
 test('a real car in circles: its sensor looks backwards, and its heading follows the course once calibrated', async () => {
@@ -215,6 +228,29 @@ test('a real car in circles: its sensor looks backwards, and its heading follows
   await page.locator('.compass[data-state="applied"]').waitFor();
   await page.locator('.compass-warning').waitFor({ state: 'hidden' });
   assert.match(await page.locator('.compass .facts').textContent(), /Mount’s yaw−?0\.\d°/);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test('the second car, whose receiver’s clock is late, is warned of unasked and follows its course once calibrated', async () => {
+  if (!existsSync(CIRCLES)) {
+    console.log('SKIPPED: the recorded circles are not on this machine');
+    return;
+  }
+  const { page, context, errors } = await open(stage.browser, stage.url);
+  await estimated(page);
+  await drop(page, [{ name: 'circles2.csv', text: secondCar() }]);
+  const warning = page.locator('.compass-warning');
+  await warning.waitFor({ timeout: 60_000 });
+  assert.match(await warning.textContent(), /needs calibrating/);
+  await warning.getByRole('button').click();
+  await page.locator('.compass[data-state="possible"]').waitFor();
+  const [before, after] = await sectorRow(page, 'total');
+  assert.ok(before > 40 && after < 9, `heading error ${before} to ${after} deg`);
+  assert.match(await page.locator('.compass .options').textContent(), /receiver’s clock by [−-]?4\.\d s/);
+  await page.getByRole('button', { name: 'Apply the calibration' }).click();
+  await page.locator('.compass[data-state="applied"]').waitFor();
+  await warning.waitFor({ state: 'hidden' });
   assert.deepEqual(errors, []);
   await context.close();
 });

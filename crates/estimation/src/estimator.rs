@@ -5,8 +5,8 @@ use drivescope_drive::drive::{Drive, Epoch, EpochCursor, LogStart, Signal};
 use drivescope_drive::param::{ParamError, Params};
 use drivescope_drive::vehicle::VehicleParams;
 
+use crate::blindfold::Blindfold;
 use crate::kalman::NotPositiveDefinite;
-use crate::outage::Blindfold;
 
 /// A signal that an estimator reads, and what it costs to be without it.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]

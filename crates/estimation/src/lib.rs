@@ -4,6 +4,7 @@
 //! `drivescope_drive`; `docs/equations.md` maps the papers' equations to functions and tests.
 
 pub mod attitude;
+pub mod blindfold;
 #[cfg(test)]
 mod case_log;
 pub mod chi_square;

@@ -1,17 +1,18 @@
 //! What an estimator is worth while a sensor is blind: how far it drifts, and how that depends on where the window lies.
 //!
-//! [`Blindfold`] hides a sensor's samples from a run; [`drift`] measures what the run makes of it, against the truth or, where
+//! A [`Blindfold`] hides a sensor's samples from a run; [`drift`] measures what the run makes of it, against the truth or, where
 //! there is none, against a run that saw everything; [`Sweep`] moves the window over the whole drive. A sweep puts as many
 //! windows into one run as fit with time to recover between them, so that it costs few runs.
 
 use drivescope_drive::channel::Series;
-use drivescope_drive::drive::{Drive, Epoch};
+use drivescope_drive::drive::Drive;
 use drivescope_drive::frames::wrap_angle;
 use drivescope_drive::select::nth;
 use drivescope_drive::vehicle::VehicleParams;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::blindfold::{Blindfold, Sensor};
 use crate::estimator::RunError;
 use crate::registry::AnyRun;
 use crate::score::reference::TruthTable;
@@ -21,44 +22,6 @@ pub const AFTER: [f64; 3] = [10.0, 30.0, 60.0];
 
 /// Shortest way of which a drift is a share, m.
 const SHORTEST_WAY: f64 = 10.0;
-
-/// A sensor that can be blinded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Sensor {
-    /// Satellites: fixes and ranges.
-    Gnss,
-    /// Magnetometer.
-    Mag,
-    /// Wheels.
-    Odometer,
-}
-
-/// A sensor that is blind from the first to, not including, the second time (s) of each window.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Blindfold {
-    /// Which sensor.
-    pub sensor: Sensor,
-    /// When.
-    pub windows: Vec<(f64, f64)>,
-}
-
-impl Blindfold {
-    /// Take the sensor's samples out of an epoch inside a window.
-    pub fn apply(&self, epoch: &mut Epoch) {
-        if !self.windows.iter().any(|(from, to)| epoch.time >= *from && epoch.time < *to) {
-            return;
-        }
-        match self.sensor {
-            Sensor::Gnss => {
-                epoch.gnss = None;
-                epoch.raw_gnss = None;
-            }
-            Sensor::Mag => epoch.mag = None,
-            Sensor::Odometer => epoch.wheels = None,
-        }
-    }
-}
 
 /// The drift at one time into a window; NaN where the estimate or its reference has no value then.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

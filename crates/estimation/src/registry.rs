@@ -6,8 +6,8 @@ use drivescope_drive::param::{ParamSpec, Params};
 use drivescope_drive::vehicle::VehicleParams;
 use serde_json::Value;
 
+use crate::blindfold::Blindfold;
 use crate::estimator::{Estimator, Need, Notice, Run, RunError};
-use crate::outage::Blindfold;
 
 /// What a menu, a manual page or a slider panel needs to know about an estimator.
 #[derive(Clone, Copy, Debug, serde::Serialize)]

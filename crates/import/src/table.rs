@@ -62,7 +62,7 @@ pub struct Warning {
 /// How a text file is laid out, as found.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Layout {
-    /// `comma`, `semicolon`, `tab`, `pipe` or `spaces`.
+    /// `comma`, `semicolon`, `tab`, `pipe` or `spaces`; empty where it is no text file, or several with layouts of their own.
     pub separator: &'static str,
     /// The decimal mark.
     pub decimal: char,

@@ -2,7 +2,7 @@
 
 use drivescope_drive::drive::Drive;
 use drivescope_drive::geodesy::radii;
-use drivescope_estimation::outage::{Blindfold, Sensor};
+use drivescope_estimation::blindfold::{Blindfold, Sensor};
 use drivescope_estimation::registry::AnyRun;
 use drivescope_simulation::{Simulation, named_with};
 use serde_json::json;

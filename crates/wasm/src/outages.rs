@@ -1,7 +1,8 @@
 //! Runs with a sensor blinded, how far they drift, and a sweep of the window over the whole drive.
 
 use drivescope_door::{Progress, plain, sentence};
-use drivescope_estimation::outage::{Blindfold, Distribution, Drift, Sensor, Sweep, SweepPlan, drift};
+use drivescope_estimation::blindfold::{Blindfold, Sensor};
+use drivescope_estimation::outage::{Distribution, Drift, Sweep, SweepPlan, drift};
 use drivescope_estimation::registry::AnyRun;
 use js_sys::Date;
 use serde::Serialize;

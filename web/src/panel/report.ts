@@ -70,8 +70,7 @@ export class ReportPanel {
     if (!opened) return [];
     const facts = [
       t.report.fileSize(size(opened.bytes), opened.rows.toLocaleString('en')),
-      // Files of several logs have no layout of their own.
-      /^[.,]$/.test(opened.layout.decimal) ? t.report.layout(opened.layout.separator, opened.layout.decimal) : '',
+      opened.layout.separator ? t.report.layout(opened.layout.separator, opened.layout.decimal) : '',
       opened.epoch ? t.report.epoch(opened.epoch) : '',
       report.start !== 0 ? t.report.start(report.start.toLocaleString('en', { maximumFractionDigits: 3 })) : '',
     ];

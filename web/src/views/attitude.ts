@@ -129,7 +129,12 @@ export function attitudeView(store: Store, session: Session, history: History<Tu
     apply('orientation');
   };
   store.overlays.on((now, before) => (now.length > before.length ? showVariants() : apply(chosen)));
-  store.tuning.on((now, before) => (now.params[OVERLAID]?.['variant'] !== before.params[OVERLAID]?.['variant'] ? showVariants() : undefined));
+  store.tuning.on((now, before) => {
+    const [own, was] = [now.params[OVERLAID], before.params[OVERLAID]];
+    if (own?.['variant'] !== was?.['variant']) showVariants();
+    // Someone who tunes what is shown goes on seeing it, however bad it gets.
+    else if (own !== was && chosen !== 'gnss_ins') isChosen = true;
+  });
   apply('orientation');
   return view;
 }

@@ -2,8 +2,8 @@
 //!
 //! At rest (SPEC navigation 4): roll and pitch from the mean specific force, gyro bias from the mean rate less the Earth's,
 //! position from the mean fix; yaw as given, else open until the satellites show a course. The sample before the one that
-//! shows motion is not used, for it may hold the onset. In motion: position, velocity and course from one fix, roll and
-//! pitch zero with a larger sigma.
+//! shows motion is not used, for it may hold the onset. In motion: position, velocity and course from one fix, or from
+//! two of a receiver that gives places alone; roll and pitch zero with a larger sigma.
 
 use drivescope_drive::frames::body_to_nav;
 use drivescope_drive::geodesy::Geodetic;
@@ -140,6 +140,10 @@ pub fn moving_start(fix: &Fix, is_reversing: bool, tuning: &Tuning, gravity: Gra
     let (yaw, yaw_sigma) = start_yaw(tuning).unwrap_or((heading, course_sigma));
     let navigation = Navigation { place, velocity, body_to_nav: body_to_nav(0.0, 0.0, yaw) };
     let mut covariance = tuning.initial_covariance(tuning.params.moving_tilt_sigma, yaw_sigma);
+    for axis in 0..2 {
+        let variance = &mut covariance[(VELOCITY + axis, VELOCITY + axis)];
+        *variance = variance.max(fix.velocity_sigma[axis].powi(2));
+    }
     if !fix.has_vertical_velocity {
         // A road of 10 % at this speed.
         covariance[(VELOCITY + 2, VELOCITY + 2)] += (0.1 * fix.ground_speed).powi(2);

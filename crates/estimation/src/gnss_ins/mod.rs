@@ -20,6 +20,7 @@ mod fix;
 pub mod inertial;
 mod known_start;
 pub mod measurement;
+mod pair;
 pub mod ranging;
 pub mod running;
 pub mod smoother;
@@ -48,6 +49,7 @@ use self::estimate::{Sigmas, Verdicts};
 pub use self::fix::{Fix, NOMINAL_ORIGIN};
 use self::inertial::{Hold, Sample};
 pub use self::known_start::KnownStart;
+use self::pair::Pair;
 use self::running::{Aids, Running};
 use self::smoother::Pass;
 use self::standing::{Rolling, Standing};
@@ -84,6 +86,7 @@ pub struct GnssIns {
     standing: Standing,
     ground_speed: Option<(f64, f64)>,
     fix: Option<(f64, Fix)>,
+    pair: Pair,
     raw_only: Option<Box<Integrity>>,
     ranges: Vec<Satellite>,
     ranges_time: Option<f64>,
@@ -123,6 +126,7 @@ impl Estimator for GnssIns {
             standing: Standing::default(),
             ground_speed: None,
             fix: None,
+            pair: Pair::default(),
             raw_only: None,
             ranges: Vec::new(),
             ranges_time: None,
@@ -162,7 +166,10 @@ impl Estimator for GnssIns {
         let ranges = std::mem::take(&mut self.ranges);
         let aids = self.take_aids(epoch.time, dt, &ranges);
         let is_running = match self.phase {
-            Phase::Aligning(_) => self.align(epoch.time, &sample, &aids),
+            Phase::Aligning(_) => {
+                self.pair.turn(sample.gyro.z * dt);
+                self.align(epoch.time, &sample, &aids)
+            }
             Phase::Running(_) => true,
         };
         let verdicts = match &mut self.phase {
@@ -221,7 +228,7 @@ const NEEDS: &[Need] = &[
     Need {
         signal: Signal::GnssVelocity,
         required: false,
-        why: "its course gives the heading when the car moves; without it, give `initial_yaw`",
+        why: "its course gives the heading when the car moves; without it, places a second apart do so roughly",
     },
     Need {
         signal: Signal::GnssVerticalVelocity,
@@ -268,6 +275,8 @@ impl GnssIns {
     }
 
     fn keep(&mut self, time: f64, fix: Fix) {
+        let is_aligning = matches!(self.phase, Phase::Aligning(_));
+        let fix = is_aligning.then(|| self.pair.complete(time, &fix)).flatten().unwrap_or(fix);
         if fix.ground_speed.is_finite() {
             self.ground_speed = Some((time, fix.ground_speed));
         }

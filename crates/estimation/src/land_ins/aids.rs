@@ -6,7 +6,8 @@
 use drivescope_drive::frames::skew;
 use nalgebra::{Matrix3, Vector3};
 
-use super::filter::{ATTITUDE, Filter, GYRO_BIAS, POSITION, Row, VELOCITY};
+use super::errors::{ATTITUDE, GYRO_BIAS, POSITION, VELOCITY};
+use super::filter::{Filter, Row};
 use super::tuning::Tuning;
 
 /// Factor on the sigma of the non-holonomic constraint while cornering, where tyres slip sideways.
@@ -105,7 +106,7 @@ pub fn satellite_velocity(filter: &Filter, tuning: &Tuning, fix: &Fix) -> ([Row;
 
 #[cfg(test)]
 mod tests {
-    use super::super::filter::STATES;
+    use super::super::errors::STATES;
     use super::super::filter::tests::{moving, tuning};
     use super::*;
     use drivescope_drive::frames::exp_rotation;

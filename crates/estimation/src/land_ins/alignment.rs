@@ -5,7 +5,8 @@ use drivescope_drive::signals::Mag;
 use nalgebra::{Matrix3, Vector3};
 
 use super::aids::Fix;
-use super::filter::{ATTITUDE, Filter, GYRO_BIAS, POSITION, VELOCITY};
+use super::errors::{ATTITUDE, GYRO_BIAS, POSITION, VELOCITY};
+use super::filter::Filter;
 use super::tuning::Tuning;
 
 /// Time at the end of a rest that may hold the onset of motion: left out where the car drives off before the time is up, s.

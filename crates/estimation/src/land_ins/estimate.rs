@@ -3,7 +3,8 @@
 use drivescope_drive::frames::euler_zyx;
 use drivescope_drive::record;
 
-use super::filter::{ACCEL_BIAS, ATTITUDE, Filter, GYRO_BIAS, POSITION, VELOCITY, Verdict};
+use super::errors::{ACCEL_BIAS, ATTITUDE, GYRO_BIAS, POSITION, VELOCITY};
+use super::filter::{Filter, Verdict};
 
 record! {
     /// Position, velocity, attitude and sensor biases over a flat Earth, and which aid held them.

@@ -1,30 +1,14 @@
 //! The error-state filter over a flat Earth: nominal state, fifteen errors, prediction and updates.
 //!
-//! Errors, in this order: position, velocity, attitude (`true rotation = exp([eps x]) rotation`, in navigation axes), gyro
-//! bias, accelerometer bias; each is true minus indicated. Source: SPEC motion 2, after Lee et al. 2010, section 2.
+//! The errors are those of [`super::errors`]. Source: SPEC motion 2, after Lee et al. 2010, section 2.
 //! The Earth's rotation is left out: a car's gyro bias swallows it.
 
 use drivescope_drive::frames::{exp_rotation, orthonormalize};
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
+use super::errors::{ACCEL_BIAS, ATTITUDE, Covariance, GYRO_BIAS, Noise, POSITION, STATES, VELOCITY};
 use super::tuning::Tuning;
 use crate::kalman::symmetrize;
-
-/// First position error.
-pub const POSITION: usize = 0;
-/// First velocity error.
-pub const VELOCITY: usize = 3;
-/// First attitude error.
-pub const ATTITUDE: usize = 6;
-/// First error of the gyro biases.
-pub const GYRO_BIAS: usize = 9;
-/// First error of the accelerometer biases.
-pub const ACCEL_BIAS: usize = 12;
-/// Number of errors.
-pub const STATES: usize = 15;
-
-/// Covariance of the errors.
-pub type Covariance = SMatrix<f64, STATES, STATES>;
 
 /// Steps between two repairs of the rotation: rounding damages it by 1e-16 a step.
 const STEPS_PER_REPAIR: u32 = 1000;
@@ -217,19 +201,6 @@ impl Filter {
     }
 }
 
-/// Variances of a second of each kind of noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
-    /// Specific force, (m/s^2)^2 s.
-    pub accel: f64,
-    /// Rates, (rad/s)^2 s.
-    pub gyro: f64,
-    /// Walk of the gyro biases, (rad/s)^2 / s.
-    pub gyro_bias: f64,
-    /// Walk of the accelerometer biases, (m/s^2)^2 / s.
-    pub accel_bias: f64,
-}
-
 /// `P <- F P F' + Q dt`. `F` is the identity but for `dt` (position by velocity), `-dt [force x]` and `-dt R` (velocity by
 /// attitude and accelerometer bias) and `-dt R` (attitude by gyro bias); terms of `dt^2` are left out on purpose.
 ///
@@ -313,6 +284,8 @@ fn times(p: &Covariance, h: &[f64; STATES]) -> [f64; STATES] {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use nalgebra::SMatrix;
+
     use super::*;
     use crate::kalman::{self, Observation};
     use crate::land_ins::LandInsParams;

@@ -12,6 +12,7 @@
 
 pub mod aids;
 mod alignment;
+pub mod errors;
 mod estimate;
 pub mod filter;
 pub mod mechanisation;

@@ -5,7 +5,7 @@ use drivescope_drive::geodesy::{STANDARD_GRAVITY, gravity};
 use drivescope_drive::params;
 use nalgebra::Vector3;
 
-use super::filter::{ACCEL_BIAS, ATTITUDE, Covariance, GYRO_BIAS, Noise, POSITION, VELOCITY};
+use super::errors::{ACCEL_BIAS, ATTITUDE, Covariance, GYRO_BIAS, Noise, POSITION, VELOCITY};
 
 params! {
     /// Which aids hold the land INS, and how much each is believed.

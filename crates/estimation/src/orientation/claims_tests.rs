@@ -15,10 +15,9 @@ fn case(name: &str) -> Option<Drive> {
 fn errors(drive: &Drive, params: &OrientationParams, vehicle: &VehicleParams) -> [f64; 3] {
     let mut estimator = Orientation::new(params, vehicle, &drive.start());
     let rows: Vec<_> = drive.epochs().filter_map(|e| estimator.step(&e).unwrap().map(|out| (e.time, out))).collect();
-    let picks: [(&str, fn(&OrientationEstimate) -> f64); 3] =
-        [("roll", |e| e.roll), ("pitch", |e| e.pitch), ("yaw", |e| e.yaw)];
-    picks.map(|(name, pick)| {
-        let truth = drive.truth.column(name).unwrap();
+    let picks: [fn(&OrientationEstimate) -> f64; 3] = [|e| e.roll, |e| e.pitch, |e| e.yaw];
+    std::array::from_fn(|k| {
+        let (pick, truth) = (picks[k], drive.truth.column(["roll", "pitch", "yaw"][k]).unwrap());
         let late = rows.iter().zip(truth).filter(|((t, _), _)| *t >= 2.0);
         let squares: Vec<f64> = late.map(|((_, e), truth)| wrap_angle(pick(e) - truth).to_degrees().powi(2)).collect();
         (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()

@@ -25,7 +25,7 @@ use super::road_model::{
     BANK, Covariance, GRADE, GYRO_BIAS, LEAN, MISMATCH, Point, RoadModel, SQUAT, STATES, State, Transition, YAW,
     jacobian, rates,
 };
-use super::sample::Sample;
+use super::sample::{RoadFindings, Sample};
 use super::trig::sin_cos;
 use super::whitened::Whitened;
 
@@ -91,15 +91,6 @@ pub(super) struct Reference {
     pub(super) strength: f64,
     /// Angle below the horizontal, rad.
     pub(super) dip: f64,
-}
-
-/// What one step says beside the state; NaN where there was nothing to say.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct RoadFindings {
-    pub(super) dip_error: f64,
-    pub(super) nis: f64,
-    pub(super) decision: Option<Decision>,
-    pub(super) lateral_nis: f64,
 }
 
 /// The filter.

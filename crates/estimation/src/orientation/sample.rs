@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 
 use super::gate::Decision;
 use super::model::Input;
-use super::road::RoadFindings;
 
 /// One sample, fit for the filters.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +19,15 @@ pub(super) struct Sample {
     pub(super) field: Option<Vector3<f64>>,
     pub(super) is_static: bool,
     pub(super) dt: f64,
+}
+
+/// What a step of the road filter says beside the state; NaN where there was nothing to say.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct RoadFindings {
+    pub(super) dip_error: f64,
+    pub(super) nis: f64,
+    pub(super) decision: Option<Decision>,
+    pub(super) lateral_nis: f64,
 }
 
 /// What a step says beside the attitude.
