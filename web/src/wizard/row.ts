@@ -72,8 +72,8 @@ export class Row {
       index === 0 ? measured(view, picture) : h('td.measured'),
       h('td', {}, this.#signalSelect()),
       h('td', {}, this.#units),
-      h('td.factor', {}, this.#scale, isScaled ? this.#flip(signal) : null),
-      h('td', {}, this.#offset),
+      h('td.factor', { 'data-label': say.head.scale }, this.#scale, isScaled ? this.#flip(signal) : null),
+      h('td', { 'data-label': say.head.offset }, this.#offset),
       this.#why(),
     );
     this.update();
