@@ -7,10 +7,12 @@
 mod clock;
 mod delay;
 mod gnss;
+mod gyro;
 mod inertial;
 mod linear;
 mod magnetic;
 mod others;
+mod place_pairs;
 mod run;
 mod scene;
 mod speeds;

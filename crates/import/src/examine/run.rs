@@ -4,7 +4,8 @@ use drivescope_drive::geodesy::STANDARD_GRAVITY;
 
 use super::delay::{lag, of_fixes};
 use super::gnss::{self, Motion};
-use super::inertial::{self, Triad, Yaw};
+use super::gyro::{self, Yaw};
+use super::inertial::{self, Triad};
 use super::linear::lean_rows;
 use super::magnetic::{self, Earth};
 use super::scene::{Field, Scene, slope};
@@ -107,7 +108,7 @@ fn inertial_sensor(s: &mut Survey, motion: &Motion, accel: Option<(Triad, f64)>,
         car_late = car_delay(s, triad, speed);
     }
     let upright = accel.as_ref().map(|(t, _)| lean_rows(t.seating.lean)[2][2]);
-    let yaw = inertial::find_yaw(s, motion, 0.0, upright);
+    let yaw = gyro::find_yaw(s, motion, 0.0, upright);
     if let Some(y) = &yaw {
         hold(s, &[y.column]);
         let rate = Field::made(yaw_rate(s, y));
@@ -117,7 +118,7 @@ fn inertial_sensor(s: &mut Survey, motion: &Motion, accel: Option<(Triad, f64)>,
         s.roles[y.column] = None;
     }
     let late = fix_delay(s, motion, yaw.as_ref(), speed.as_deref().map(|v| (v, car_late)));
-    let yaw = yaw.and_then(|_| inertial::find_yaw(s, motion, late, upright)).or(yaw);
+    let yaw = yaw.and_then(|_| gyro::find_yaw(s, motion, late, upright)).or(yaw);
     if let Some(y) = &yaw {
         hold(s, &[y.column]);
     }
@@ -141,7 +142,7 @@ fn inertial_sensor(s: &mut Survey, motion: &Motion, accel: Option<(Triad, f64)>,
     }
     let mut across = None;
     if let (Some(t), Some(v), Some(y), Some(rate)) = (&triad, &aligned, &yaw, &rate) {
-        across = inertial::find_across(s, y, t.seating.lean, &inertial::car_rates(s, t, rate, v));
+        across = gyro::find_across(s, y, t.seating.lean, &gyro::car_rates(s, t, rate, v));
     }
     if let Some(a) = &across {
         hold(s, &[a[0].column, a[1].column]);
@@ -160,7 +161,7 @@ fn inertial_sensor(s: &mut Survey, motion: &Motion, accel: Option<(Triad, f64)>,
         handed(s, t);
     }
     if let Some(y) = &yaw {
-        inertial::seat_gyro(s, y, across, motion);
+        gyro::seat_gyro(s, y, across, motion);
     }
     late
 }
