@@ -4,6 +4,8 @@
 //! 0.15 rad/s, and everything else by its definition. Each test writes it in other units or axes and expects the same
 //! SI values back.
 
+#![allow(clippy::unwrap_used)]
+
 use drivescope_drive::drive::Drive;
 use drivescope_import::{IoSource, OpenReport, open_csv};
 
@@ -155,7 +157,10 @@ fn signs_are_turned_under_aliases_and_doubted_under_canonical_names() {
     let (drive, report) = open("t,accel_x,accel_y,gyro_z,speed,course", row);
     assert!(error(&drive, "gyro_z", |s| -s.yaw_rate) < 1e-12);
     has_note(&report, "`gyro_z` seems to have the wrong sign");
-    has_note(&report, "`accel_x` seems to have the wrong sign");
+    // With its numbers, and the correction that would turn it.
+    let told = report.findings.iter().find(|f| f.text.contains("`accel_x` as accel_x has the opposite sign")).unwrap();
+    assert!(told.text.contains("correlation -0.9") || told.text.contains("correlation -1.0"), "{}", told.text);
+    assert_eq!(told.correction.as_ref().unwrap().signals["accel_x"].scale, -1.0);
 }
 
 #[test]

@@ -65,6 +65,8 @@ fn case_logs_of_the_specifications_open_as_they_are() {
         let unused: Vec<_> = report.unused.iter().filter(|u| u.reason != "has no value in any row").collect();
         assert!(unused.is_empty(), "{}: {unused:?}", path.display());
         assert!(report.notes.is_empty(), "{}: {:?}", path.display(), report.notes);
+        let against: Vec<&String> = report.warnings.iter().map(|w| &w.message).collect();
+        println!("{}: {against:?}", path.display());
         for used in &report.used {
             let expected = if used.signal.ends_with("_lat") || used.signal.ends_with("_lon") {
                 "deg -> rad (x 0.017453)"

@@ -32,6 +32,8 @@ pub(crate) struct Motion {
     pub velocity: Vec<[f64; 2]>,
     /// m/s.
     pub speed: Vec<f64>,
+    /// Heading from the first instant on, rad, where no velocity tells; empty without it.
+    pub turned: Vec<f64>,
     /// What it rests on.
     pub label: String,
     /// How far a single velocity is off, m/s.
@@ -73,7 +75,11 @@ impl Motion {
             }
             let (a, b) = (self.speed[from], self.speed[to]);
             let course = |i: usize| self.velocity[i][1].atan2(self.velocity[i][0]);
-            let turn = if a.min(b) > MOVING { wrap_angle(course(to) - course(from)) } else { f64::NAN };
+            let turn = match (self.turned.get(from), self.turned.get(to)) {
+                (Some(before), Some(after)) => after - before,
+                _ if a.min(b) > MOVING => wrap_angle(course(to) - course(from)),
+                _ => f64::NAN,
+            };
             let still = a.max(b) < 0.3;
             if step < 2.5 && a.is_finite() && b.is_finite() {
                 let (from, to) = (self.time[from] - late, self.time[to] - late);

@@ -179,47 +179,6 @@ pub(crate) fn find_vertical(s: &mut Survey, motion: &Motion) {
     s.assign(column, Role { signal: "gnss_vd".into(), unit: unit.into(), scale, offset: 0.0, confidence, why });
 }
 
-/// What columns without a role follow: turn rate, or forward or sideways acceleration of the motion.
-pub(crate) fn strangers(s: &mut Survey, motion: &Motion, late: f64) {
-    const WHAT: [(&str, f64); 3] =
-        [("the rate of turn", 0.004), ("the change of the speed", 0.1), ("speed times rate of turn", 0.1)];
-    let intervals = motion.intervals(late);
-    for column in 0..s.roles.len() {
-        let field = &s.scene.fields[column];
-        if s.roles[column].is_some() || field.count < 10 || field.is_constant() || field.period > 0.3 {
-            continue;
-        }
-        let mut best = (0.0, 0, 0.0);
-        for (k, (_, least)) in WHAT.iter().enumerate() {
-            let mut n = Normal::default();
-            let (mut sum, mut count) = (0.0, 0.0);
-            for i in &intervals {
-                let rate = i.turn / (i.to - i.from);
-                let x = [rate, i.accel, i.speed * rate][k];
-                n.add(&[x, 1.0], field.mean(i.from, i.to));
-                if x.is_finite() {
-                    (sum, count) = (sum + x * x, count + 1.0);
-                }
-            }
-            let f = n.solve(2);
-            if f.count >= 15.0 && f.explained > best.0 && sum > least * least * count {
-                best = (f.explained, k, f.x[0]);
-            }
-        }
-        if best.0 > 0.6 {
-            let text = format!(
-                "{} follows {} of {}: {:.3} times it in SI units, correlation {:.2}.",
-                s.label(column),
-                WHAT[best.1].0,
-                motion.label,
-                best.2,
-                best.0.sqrt().copysign(best.2)
-            );
-            s.find(Weight::Note, &[column], text);
-        }
-    }
-}
-
 /// Values of an altitude that stand for none: far from all others, and the same each time.
 pub(crate) fn sentinels(s: &mut Survey, columns: &[usize]) -> Vec<(usize, f64)> {
     let mut found = Vec::new();

@@ -6,6 +6,8 @@ use drivescope_drive::geodesy::radii;
 use super::gnss::{DEG, FASTEST, follow, part_of, samples, speed_unit, velocity};
 use super::scene::Field;
 use super::survey::{Kind, Role, Survey, Weight};
+use crate::correction::Correction;
+use crate::mapping::SignalSource;
 use crate::propose::Confidence;
 
 /// Units of places and the factor to rad.
@@ -103,7 +105,10 @@ fn support(s: &Survey, pair: &Pair) -> (f64, usize) {
     // Mostly the speed; its parts tell which two columns belong together.
     let [north, east, speed] = best;
     let by = if speed.1 < usize::MAX { speed.1 } else { north.1.min(east.1) };
-    (speed.0.min(0.5 * (north.0 + east.0)) + 0.3 * (north.0 + east.0), by)
+    // Named places without velocities: the speed alone tells their order.
+    let is_named = s.names[pair.columns[0]].is_some() && s.names[pair.columns[1]].is_some();
+    let parts = if is_named && north.1.min(east.1) == usize::MAX { 0.0 } else { 0.3 * (north.0 + east.0) };
+    (speed.0.min(0.5 * (north.0 + east.0)) + parts, by)
 }
 
 pub(super) fn find_place(s: &mut Survey) -> Option<Track> {
@@ -141,7 +146,11 @@ pub(super) fn find_place(s: &mut Survey) -> Option<Track> {
     }
     if named(lat, "gnss_lon") || named(lon, "gnss_lat") {
         let text = format!("{} and {} are swapped: read the other way round, {why}.", s.label(lat), s.label(lon));
-        s.find(Weight::Contradiction, &[lat, lon], text);
+        let unit = (pair.unit != "deg").then(|| pair.unit.to_owned());
+        let source = |c: usize| SignalSource { unit: unit.clone(), ..SignalSource::plain(&s.table.columns[c].name) };
+        let signals = [("gnss_lat", lat), ("gnss_lon", lon)].map(|(signal, c)| (signal.to_owned(), source(c)));
+        let correction = Correction { signals: signals.into(), ..Correction::default() };
+        s.propose(Weight::Contradiction, &[lat, lon], text, correction);
     } else if order == Confidence::Guess && !named(lat, "gnss_lat") {
         let text =
             format!("which of {} and {} is the latitude cannot be told: both orders fit.", s.label(lat), s.label(lon));

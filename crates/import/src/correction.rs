@@ -1,0 +1,58 @@
+//! What physics would change in a mapping: proposed with a finding, applied by whoever agrees.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::mapping::{Mapping, Mount, SignalSource};
+
+/// Changes of a mapping that go together.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Correction {
+    /// Where signals come from instead, by canonical name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub signals: BTreeMap<String, SignalSource>,
+    /// Signals that the log does not have.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub remove: Vec<String>,
+    /// How housings sit.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub mounts: BTreeMap<String, Mount>,
+    /// How late channels are, s.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub delays: BTreeMap<String, f64>,
+}
+
+impl Correction {
+    /// One signal from another source.
+    pub fn of(signal: &str, source: SignalSource) -> Self {
+        Self { signals: BTreeMap::from([(signal.to_owned(), source)]), ..Self::default() }
+    }
+
+    /// Whether it changes nothing.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl Mapping {
+    /// Take a correction over: its signals, mounts and delays replace those of the same name.
+    ///
+    /// ```
+    /// use drivescope_import::{Correction, Mapping, SignalSource};
+    /// let text = r#"{"version": 1, "time": {"column": "t"}, "signals": {"gyro_z": {"column": "r"}}}"#;
+    /// let mut mapping = Mapping::from_json(text, "m.json")?;
+    /// let source = SignalSource { scale: -1.0, ..SignalSource::plain("r") };
+    /// mapping.correct(&Correction::of("gyro_z", source));
+    /// assert_eq!(mapping.signals["gyro_z"].scale, -1.0);
+    /// # Ok::<(), drivescope_import::ImportError>(())
+    /// ```
+    pub fn correct(&mut self, correction: &Correction) {
+        let Correction { signals, remove, mounts, delays } = correction.clone();
+        self.signals.retain(|name, _| !remove.contains(name));
+        self.signals.extend(signals);
+        self.mounts.extend(mounts);
+        self.delays.extend(delays);
+    }
+}
