@@ -127,7 +127,7 @@ test('a trial is opened in the page with its drive and its tuning; the keyboard 
   await changed.locator('summary').click();
   await changed.getByRole('button', { name: 'Open this drive with this estimator: no steel, switch' }).click();
   await shows(page, 'truss_bridge');
-  assert.doesNotMatch(page.url(), /triad/, 'the variant of this trial is the default');
+  assert.match(page.url(), /orientation\.variant=switch/, 'the variant of this trial, not of the one before');
   assert.deepEqual(errors, []);
   await context.close();
 });

@@ -1,8 +1,9 @@
 import { expect, test } from 'vitest';
+import { meanQuantile } from '../src/navigation/curves';
 import type { Blind, Drift } from '../src/navigation/door';
 import { driftAt, driftText } from '../src/navigation/drift-table';
 import { isPossible, makeFault, signalsFor, signalUnit, usualAmount } from '../src/navigation/fault-kinds';
-import { endOf, worstOf } from '../src/navigation/sweep';
+import { distanceOf, worstOf, yawOf } from '../src/navigation/sweep';
 import { dragged, moved, parseTime, tidy, windowAt, windowOf } from '../src/navigation/windows';
 import { held } from '../src/plot/gaps';
 import { ellipseOf, readable } from '../src/plot/ellipse';
@@ -58,8 +59,25 @@ test('the drift is told at times that the window reaches and at its end', () => 
   expect(driftText({ ...at(10, null), share: null })).toBe('–');
   const worse = { ...drift, at: [at(45, 9)] };
   const unknown = { ...drift, at: [at(45, null)] };
-  expect(worstOf([drift, unknown, worse])).toBe(worse);
-  expect(endOf(unknown)).toBeNull();
+  expect(worstOf([drift, unknown, worse], distanceOf)).toBe(worse);
+  expect(distanceOf(unknown)).toBeNull();
+});
+
+test('the worst window of a compass is the one whose yaw goes off most, whichever way', () => {
+  const off = (yaw: number | null): Drift => ({ window: [0, 10], driven: null, largest: null, at: [{ after: 10, distance: null, growth: null, share: null, yaw }] });
+  const [left, right, unknown] = [off(-0.3), off(0.2), off(null)] as const;
+  expect(worstOf([right, unknown, left], yawOf)).toBe(left);
+  expect([yawOf(left), yawOf(unknown), distanceOf(left)]).toEqual([0.3, null, null]);
+  expect(worstOf([unknown], yawOf)).toBeNull();
+});
+
+test('the interval of a mean over satellites is that of chi-square over their number', () => {
+  // Quantiles of tables: 2.5 and 97.5 % for 4, 8 and 12 degrees of freedom.
+  for (const [n, low, high] of [[4, 0.4844, 11.143], [8, 2.18, 17.535], [12, 4.404, 23.337]] as const) {
+    expect(Math.abs((n * meanQuantile(n, -1.96)) / low - 1)).toBeLessThan(0.08);
+    expect(Math.abs((n * meanQuantile(n, 1.96)) / high - 1)).toBeLessThan(0.005);
+  }
+  expect(meanQuantile(0, 1.96)).toBeNaN();
 });
 
 test('an ellipse lies along the direction in which the errors go together', () => {

@@ -45,6 +45,8 @@ test('labels are as fine as the ticks are close', () => {
   expect(timeLabels([0.05], 0.05)).toEqual(['0:00.05']);
   expect(valueLabels([-0.5, 0, 0.5], 0.5)).toEqual(['−0.5', '0.0', '0.5']);
   expect(valueLabels([-5, 0], 5)).toEqual(['−5', '0']);
+  // A label of too few digits would say 0.3 where the line stands at 0.25.
+  expect(valueLabels([-0.25, 0], 0.25)).toEqual(['−0.25', '0.00']);
 });
 
 test('equal modes join into a stretch and a gap parts them', () => {

@@ -61,8 +61,9 @@ mod tests {
         ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Largest `s s' + eta |s|` over random plants inside the bounds, relative to `eta |s|`; `gain` may replace the law's.
-    fn worst(gain: impl Fn(&Law, f64, f64) -> f64) -> f64 {
+    /// Largest `s s' + eta |s|` over random plants inside the bounds, relative to `eta |s|`; `input` makes the input of the law's,
+    /// `S b` and `s`. Half of the plants lie on the bounds themselves, where the condition is tight.
+    fn worst(input: impl Fn(&Law, &Input, f64, f64) -> f64) -> f64 {
         let mut rng = 7;
         let mut worst = f64::NEG_INFINITY;
         for _ in 0..200_000 {
@@ -76,11 +77,14 @@ mod tests {
             let model = sign * (1e-4 + next(&mut rng));
             let drift = 20.0 * (next(&mut rng) - 0.5);
             let s = law.boundary * (1.0 + 50.0 * next(&mut rng)) * if next(&mut rng) < 0.5 { -1.0 } else { 1.0 };
-            let input = law.input(s, model, drift);
-            let total = input.equivalent - gain(&law, input.equivalent, model) * s.signum() / model;
+            let total = input(&law, &law.input(s, model, drift), model, s);
             // The true plant: any input gain within the ratio either way, any drift within the bound.
-            let xi = law.gain_ratio.powf(2.0 * next(&mut rng) - 1.0);
-            let truth = drift + law.model_error * (2.0 * next(&mut rng) - 1.0);
+            let is_on_bound = next(&mut rng) < 0.5;
+            let mut between = || {
+                let share = 2.0 * next(&mut rng) - 1.0;
+                if is_on_bound { share.signum() } else { share }
+            };
+            let (xi, truth) = (law.gain_ratio.powf(between()), drift + law.model_error * between());
             let rate = truth + model / xi * total;
             worst = worst.max((s * rate + law.reaching_rate * s.abs()) / (law.reaching_rate * s.abs()));
         }
@@ -89,15 +93,23 @@ mod tests {
 
     #[test]
     fn the_surface_is_approached_from_anywhere_inside_the_uncertainty_bounds() {
-        // (23): s s' <= -eta |s|; only rounding may pass zero.
-        assert!(worst(|law, u, sb| law.input(1.0, sb, -u * sb).gain) < 1e-9);
+        // (23): s s' <= -eta |s| with the input that the law gives; only rounding may pass zero.
+        assert!(worst(|_, input, _, _| input.total) < 1e-9);
+    }
+
+    /// The bounds are used up: a law that switches by one per cent less lets a plant on them away.
+    #[test]
+    fn a_gain_one_per_cent_smaller_does_not_approach_the_surface_everywhere() {
+        assert!(worst(|_, input, sb, s| input.equivalent - 0.99 * input.gain * s.signum() / sb) > 1e-3);
     }
 
     #[test]
     fn the_gain_as_printed_does_not_approach_the_surface() {
         // (41) as printed: (1 - xi) S b |u|, negative beyond xi = 1 for a positive S b.
-        let printed = |law: &Law, u: f64, sb: f64| {
-            law.gain_ratio * (law.model_error + law.reaching_rate) + (1.0 - law.gain_ratio) * sb * u.abs()
+        let printed = |law: &Law, input: &Input, sb: f64, s: f64| {
+            let part = (1.0 - law.gain_ratio) * sb * input.equivalent.abs();
+            let gain = law.gain_ratio * (law.model_error + law.reaching_rate) + part;
+            input.equivalent - gain * s.signum() / sb
         };
         assert!(worst(printed) > 1.0, "the printed gain was enough: the test cannot tell");
     }

@@ -297,20 +297,23 @@ impl Sweep {
 pub struct Distribution {
     /// Time since the windows began, s.
     pub after: f64,
-    /// Windows counted.
+    /// Windows counted: with a place or a yaw to go off.
     pub count: usize,
     /// Median, 95th percentile and largest distance from where the car was, m.
     pub distance: [f64; 3],
     /// The same of the growth over the way driven, 1.
     pub share: [f64; 3],
+    /// The same of how far the yaw went off, without its sign, rad.
+    pub yaw: [f64; 3],
 }
 
 impl Distribution {
     fn new<'a>(drifts: impl Iterator<Item = &'a DriftAt> + Clone) -> Option<Self> {
         let after = drifts.clone().next()?.after;
-        let (count, distance) = quantiles(drifts.clone().map(|d| d.distance));
-        let (_, share) = quantiles(drifts.map(|d| d.share));
-        Some(Self { after, count, distance, share })
+        let (places, distance) = quantiles(drifts.clone().map(|d| d.distance));
+        let (_, share) = quantiles(drifts.clone().map(|d| d.share));
+        let (yaws, yaw) = quantiles(drifts.map(|d| d.yaw.abs()));
+        Some(Self { after, count: places.max(yaws), distance, share, yaw })
     }
 }
 
@@ -325,7 +328,7 @@ fn quantiles(values: impl Iterator<Item = f64>) -> (usize, [f64; 3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case_log::navigation_case;
+    use crate::case_log::{Table, navigation_case, shared};
     use serde_json::json;
 
     fn params(drive: &Drive) -> Value {
@@ -417,5 +420,21 @@ mod tests {
         assert!(distribution.windows(2).all(|w| w[1].distance[0] >= 0.5 * w[0].distance[0]));
         // Odometer and constraint: a per cent of the way at most at the end of a minute.
         assert!(distribution[2].count == 16 && distribution[2].share[1] < 0.01, "{distribution:?}");
+    }
+
+    /// The magnetometer concerns the heading of an estimator without places: its sweep tells the yaw and no metres.
+    #[test]
+    fn a_sweep_over_the_magnetometer_tells_how_far_the_yaw_goes_off() {
+        let Some(path) = shared("spec/orientation/case1_flat_dlc80.csv.gz") else { return };
+        let drive = Table::read(&path).drive();
+        let plan = SweepPlan { sensor: Sensor::Mag, length: 5.0, step: 3.0, recovery: 5.0 };
+        let mut sweep = Sweep::new("orientation", &drive, &json!({}), None, plan).unwrap();
+        while !sweep.advance(&drive, 5000).unwrap() {}
+        let end = sweep.distribution().pop().unwrap();
+        println!("{end:.4?}");
+        assert!(end.count == sweep.drifts().len() && end.count > 3 && end.distance[2].is_nan(), "{end:?}");
+        assert!(end.yaw[0] > 0.0 && end.yaw[0] <= end.yaw[1] && end.yaw[1] <= end.yaw[2], "{end:?}");
+        let worst = sweep.drifts().iter().map(|d| d.at.last().unwrap().yaw.abs()).fold(0.0, f64::max);
+        assert_eq!(end.yaw[2], worst);
     }
 }

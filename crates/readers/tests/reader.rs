@@ -156,6 +156,23 @@ fn a_file_that_seeks_is_read_from_many_places() {
     assert_eq!(parts(&mut reader)[0].2.len(), 9_000);
 }
 
+/// Would catch bytes lost, taken twice or taken from the wrong place where what was read ahead ends and the next begins.
+#[wasm_bindgen_test]
+fn a_file_larger_than_what_is_read_ahead_keeps_every_row() {
+    const ROWS: usize = 700_000;
+    let rows: String =
+        (0..ROWS).map(|k| format!("{:.2},0.{:04},0.123456,-9.81\n", k as f64 * 0.01, k % 9973)).collect();
+    let content = format!("t,accel_x,accel_y,accel_z\n{rows}");
+    assert!(content.len() > 16 << 20, "{} bytes are within what is read ahead", content.len());
+    let mut reader = Reader::new();
+    read(&mut reader, vec![file("long.csv", &content)], None).unwrap();
+    let found = parts(&mut reader);
+    let (_, names, times, columns) = found.iter().find(|(_, names, ..)| names.contains(&"accel_x".into())).unwrap();
+    let x = &columns[names.iter().position(|n| n == "accel_x").unwrap()];
+    assert_eq!((times.len(), x.len()), (ROWS, ROWS));
+    assert!(x.iter().enumerate().all(|(k, x)| *x == (k % 9973) as f64 / 1e4));
+}
+
 fn crc32(bytes: &[u8]) -> u32 {
     let step = |crc: u32, _| if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 };
     !bytes.iter().fold(!0, |crc, &b| (0..8).fold(crc ^ u32::from(b), step))

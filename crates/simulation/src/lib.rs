@@ -37,6 +37,6 @@ pub mod truth;
 pub mod tyre;
 
 pub use drives::{NamedDrive, drives, named, named_with};
-pub use run::{Simulation, fingerprint, simulate};
+pub use run::{Simulation, fingerprint, simulate, simulate_measured};
 pub use sketch::{Sketch, sketch};
 pub use spec::{DriveSpec, SpecError};

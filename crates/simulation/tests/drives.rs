@@ -9,7 +9,9 @@ use drivescope_drive::geodesy::{EARTH_RATE, Geodetic, gravity, radii};
 use drivescope_drive::{frames, signals::Imu};
 use drivescope_simulation::rng::Rng;
 use drivescope_simulation::spec::Segment;
-use drivescope_simulation::{DriveSpec, Simulation, drives, fingerprint, named, simulate};
+use drivescope_simulation::{
+    DriveSpec, Simulation, drives, fingerprint, named, named_with, simulate, simulate_measured,
+};
 use nalgebra::Vector3;
 
 fn city() -> &'static Drive {
@@ -151,6 +153,17 @@ fn the_same_seed_gives_the_same_bits_however_it_is_advanced_and_another_seed_doe
     assert_ne!(once.drive().imu.column("accel_x"), other.drive().imu.column("accel_x"));
     let place = |s: &Simulation| truth(s.drive(), "n").to_vec();
     assert_eq!(place(&once), place(&other), "the seed is of the noise, not of the drive");
+}
+
+#[test]
+fn what_is_driven_once_and_measured_several_times_has_the_bits_of_each_by_itself() {
+    let spec = named_with("dlc80_flat", &serde_json::json!({})).unwrap();
+    let ideal = named_with("dlc80_flat", &serde_json::json!({"parts": {"imu": "ideal"}})).unwrap();
+    let by = [(&spec, 3), (&ideal, 3), (&spec, 4)];
+    let together = simulate_measured(&spec, &by).unwrap();
+    let apart = by.map(|(spec, seed)| fingerprint(&simulate(spec, Some(seed)).unwrap()));
+    assert_eq!(together.iter().map(fingerprint).collect::<Vec<_>>(), apart);
+    assert!(apart[0] != apart[1] && apart[0] != apart[2]);
 }
 
 /// Strapdown navigation of error-free samples from the first row of truth; the largest errors in m, m/s and rad.

@@ -13,14 +13,14 @@ export const variants = {
   running: 'running',
   failed: 'failed',
   docs: {
-    switch: 'Field and springs while straight, springs alone otherwise',
+    switch: 'The paper’s: field and gravity while straight, the filter with springs otherwise',
     triad: 'Field and pseudo gravity at every sample; wrong in turns',
     ekf_model: 'Kalman filter on the field, springs as roll and pitch model',
     ekf_nomodel: 'Kalman filter on the field alone',
     model: 'Springs and yaw rate, open loop',
     road: 'Also bank, grade and gyro bias; believes every field',
     robust: 'As road, behind the magnetic gate',
-    robust_ax: 'As robust, with the forward accelerometer',
+    robust_ax: 'As robust, with the forward accelerometer: better near magnetic east and west, if that one is level',
   } as Readonly<Record<string, string>>,
 } as const;
 

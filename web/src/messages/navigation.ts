@@ -101,10 +101,12 @@ export const navigation = {
     stopped: 'Stopped.',
     none: 'No window fits into the estimates of this drive; take a shorter one.',
     caption: (sensor: string, windows: number, length: number) => `${sensor} blind for ${length} s, ${windows} ${windows === 1 ? 'window' : 'windows'}: distance, and growth as a share of the way driven`,
+    captionYaw: (sensor: string, windows: number, length: number) => `${sensor} blind for ${length} s, ${windows} ${windows === 1 ? 'window' : 'windows'}: how far the yaw went off`,
     median: 'median',
     p95: '95 %',
     largest: 'largest',
-    plot: (length: string) => `Distance after ${length} s blind, in m, over when the window began`,
+    plot: (length: string, unit: string) => `Distance after ${length} s blind, in ${unit}, over when the window began`,
+    plotYaw: (length: string, unit: string) => `Yaw gone off after ${length} s blind, in ${unit}, over when the window began`,
     worst: (time: string) => `Blind the worst window (${time})`,
   },
   faults: {

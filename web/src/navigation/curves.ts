@@ -8,7 +8,9 @@ export const BASE = 'gnss_ins';
 /** Further runs. */
 export const SMOOTHED = `${BASE}@smooth`;
 export const BLINDED = `${BASE}@blind`;
-export const BLIND_COMPASS = 'orientation@blind';
+/** The estimator that uses the magnetometer. */
+export const COMPASS = 'orientation';
+export const BLIND_COMPASS = `${COMPASS}@blind`;
 
 /** Whether the filter is tuned to look back; then the further run beside it is the one that does not. */
 export function isSmoothed(store: Store): boolean {
@@ -68,7 +70,7 @@ export function stateLanes(): LaneSpec[] {
 }
 
 /**
- * Measurements whose statistics the filter tells, with their degrees of freedom; 0 for a mean over satellites, whose band depends on how many there are.
+ * Measurements whose statistics the filter tells, with their degrees of freedom; 0 for a mean over satellites, whose interval narrows with their number.
  */
 export const MEASUREMENTS = [
   ['position', 3], ['velocity', 3], ['odometer', 1], ['nhc', 2], ['zupt', 3], ['zaru', 3], ['range', 0], ['range_rate', 0],
@@ -77,6 +79,13 @@ export type Measurement = (typeof MEASUREMENTS)[number][0];
 
 /** 2.5 % and 97.5 % quantiles of chi-square by degrees of freedom. */
 const BANDS: Record<0 | 1 | 2 | 3, [number, number] | null> = { 0: null, 1: [0.000982, 5.024], 2: [0.0506, 7.378], 3: [0.2158, 9.348] };
+
+/** Quantile of chi-square over its degrees of freedom, by that of the normal distribution (Wilson and Hilferty; within 8 % from 4 on); none without any. */
+export function meanQuantile(degrees: number, normal: number): number {
+  if (!(degrees > 0)) return Number.NaN;
+  const variance = 2 / (9 * degrees);
+  return Math.max(0, 1 - variance + normal * Math.sqrt(variance)) ** 3;
+}
 
 /** Below this a statistic is drawn at the edge of its plot. */
 const FLOOR = 0.01;
@@ -87,7 +96,8 @@ export function statisticLane(): LaneSpec {
     const column = `${name}_nis`;
     const band = BANDS[dof];
     const level = (id: string, label: string, value: number): CurveSpec => ({ id: `${name}:${id}`, label, source: 'level', column, style: STYLES.threshold, isOn: true, level: value });
-    const edges = band ? [...(band[0] > FLOOR ? [level('low', names.low, band[0])] : []), level('high', names.high, band[1])] : [];
+    const moving = (id: string, label: string, normal: number): CurveSpec => ({ id: `${name}:${id}`, label, source: current, column: 'satellites', style: STYLES.threshold, isOn: true, of: (count) => meanQuantile(count, normal) });
+    const edges = band ? [...(band[0] > FLOOR ? [level('low', names.low, band[0])] : []), level('high', names.high, band[1])] : [moving('low', names.low, -1.96), moving('high', names.high, 1.96)];
     return [...edges, { id: `${name}:nis`, label: names.nis, source: current, column, style: { colour: 'estimate', width: 1.2 }, isOn: true, hold: 1.5 }];
   });
   return { key: 'nis', title: t.navigation.lanes.nis, quantity: 'plain', unit: '1', isLog: true, floor: FLOOR, least: 1, weight: 1.2, curves };

@@ -34,6 +34,7 @@ export interface Distribution {
   count: number;
   distance: [number, number, number];
   share: [number, number, number];
+  yaw: [number, number, number];
 }
 
 export interface Swept {

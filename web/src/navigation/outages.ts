@@ -8,7 +8,7 @@ import { History } from '../tuning';
 import { formatTime } from '../units';
 import { latest } from '../worker/rpc';
 import { Brush } from './brush';
-import { BASE, BLIND_COMPASS, BLINDED } from './curves';
+import { BASE, BLIND_COMPASS, BLINDED, COMPASS } from './curves';
 import type { Blind, Drift, Sensor } from './door';
 import { driftTable, type TableRow } from './drift-table';
 import { FurtherRun } from './further';
@@ -20,8 +20,6 @@ const USUAL = 60;
 const CHANNELS: Record<Sensor, string> = { gnss: 'gnss', mag: 'magnetometer', odometer: 'wheels' };
 /** The estimator that needs ranges of single satellites. */
 const RECEIVER = 'gnss';
-/** The estimator that uses the magnetometer. */
-const COMPASS = 'orientation';
 
 export class OutageView {
   readonly element: HTMLElement;

@@ -8,17 +8,22 @@ import { Canvas } from '../plot/strip';
 import { palette } from '../plot/palette';
 import type { Session } from '../session';
 import type { Span, Store } from '../state';
-import { formatFixed, formatSignificant, formatTime } from '../units';
+import { convertDifference, formatFixed, formatSignificant, formatTime, unitLabel } from '../units';
 import { Cancelled, type Pending } from '../worker/rpc';
-import { BASE } from './curves';
+import { BASE, COMPASS } from './curves';
 import type { Blind, Drift, Sensor, Swept } from './door';
+import { SENSORS } from './windows';
 
 const TOP = 6;
 const BOTTOM = 18;
 
-/** Distance at the end of each window over where it began. */
+/** What is left at the end of a window; null where there is nothing. */
+export type EndOf = (drift: Drift) => number | null;
+
+/** What is left at the end of each window over where it began. */
 class SweepPlot extends Canvas {
   drifts: readonly Drift[] = [];
+  endOf: EndOf = distanceOf;
   view: Span = { t0: 0, t1: 1 };
   start = 0;
 
@@ -27,7 +32,7 @@ class SweepPlot extends Canvas {
   }
 
   protected override draw(context: CanvasRenderingContext2D): void {
-    const values = this.drifts.map(endOf);
+    const values = this.drifts.map(this.endOf);
     const high = rangeOf([[0, ...values]], 1, false)[1];
     const floor = this.height - BOTTOM;
     const y = (value: number): number => floor - (value / high) * (floor - TOP);
@@ -77,14 +82,19 @@ class SweepPlot extends Canvas {
   }
 }
 
-/** Distance at the end of a window, m; null where there is none. */
-export function endOf(drift: Drift): number | null {
-  const distance = drift.at[drift.at.length - 1]?.distance;
-  return typeof distance === 'number' && Number.isFinite(distance) ? distance : null;
-}
+const finite = (value: number | null | undefined): number | null => (typeof value === 'number' && Number.isFinite(value) ? value : null);
 
-/** The window with the largest drift at its end. */
-export function worstOf(drifts: readonly Drift[]): Drift | null {
+/** Distance at the end of a window, m. */
+export const distanceOf: EndOf = (drift) => finite(drift.at[drift.at.length - 1]?.distance);
+
+/** How far the yaw went off until the end of a window, rad. */
+export const yawOf: EndOf = (drift) => {
+  const yaw = finite(drift.at[drift.at.length - 1]?.yaw);
+  return yaw === null ? null : Math.abs(yaw);
+};
+
+/** The window that is worst at its end. */
+export function worstOf(drifts: readonly Drift[], endOf: EndOf): Drift | null {
   return drifts.reduce<Drift | null>((worst, d) => ((endOf(d) ?? -1) > (worst ? (endOf(worst) ?? -1) : -1) ? d : worst), null);
 }
 
@@ -103,6 +113,8 @@ export class SweepPanel {
   readonly #host = h('div.sweep-plot', { role: 'img', hidden: true });
   readonly #plot: SweepPlot;
   #pending: Pending<Swept> | null = null;
+  /** The sensor of the sweep that is shown or under way. */
+  #swept: Sensor | null = null;
 
   constructor(store: Store, session: Session, isThere: (sensor: Sensor) => boolean, blind: (window: Blind) => void) {
     this.#store = store;
@@ -112,6 +124,10 @@ export class SweepPanel {
     const texts = t.navigation.sweep;
     const unit = (): HTMLElement => h('span', {}, t.units.seconds);
     const form = h('div.sweep-form', {}, h('h3', {}, texts.title), this.#sensor, h('label', {}, texts.lengthShort, this.#length), unit(), h('label', {}, texts.stepShort, this.#step), unit(), this.#button, this.#bar);
+    this.#sensor.addEventListener('change', () => this.refresh());
+    store.tuning.on((now, before) => {
+      if (now.params[COMPASS] !== before.params[COMPASS] && this.#swept === 'mag') this.forget();
+    });
     this.#button.addEventListener('click', () => (this.#pending ? this.#pending.cancel() : void this.#go()));
     this.#plot = new SweepPlot(this.#host);
     store.window.watch((view) => {
@@ -123,10 +139,10 @@ export class SweepPanel {
 
   /** What can be blinded may have changed. */
   refresh(): void {
-    const sensors = (['gnss', 'odometer'] as const).filter((s) => this.#isThere(s));
+    const sensors = SENSORS.filter((s) => this.#isThere(s));
     const chosen = this.#sensor.value;
     this.#sensor.replaceChildren(...sensors.map((s) => h('option', { value: s, selected: s === chosen }, t.navigation.rows[s])));
-    this.#button.disabled = sensors.length === 0 || this.#store.run(BASE).value.reply === null;
+    this.#button.disabled = sensors.length === 0 || (this.#sensor.value !== 'mag' && this.#store.run(BASE).value.reply === null);
   }
 
   /** What was swept belongs to a run that is no longer there. */
@@ -144,10 +160,12 @@ export class SweepPanel {
     const [length, step] = [this.#length.valueAsNumber, this.#step.valueAsNumber];
     if (!this.#length.reportValidity() || !this.#step.reportValidity()) return;
     // Forward only: looking back takes as long again, and fills the windows in from behind.
-    const pending = this.#session.rpc.start('sweep', { estimator: BASE, params: { ...params[BASE], smoother: 'off' }, vehicle, plan: { sensor, length, step, recovery: length } }, ({ fraction }) => {
+    const own = sensor === 'mag' ? { estimator: COMPASS, params: { ...params[COMPASS] } } : { estimator: BASE, params: { ...params[BASE], smoother: 'off' } };
+    const pending = this.#session.rpc.start('sweep', { ...own, vehicle, plan: { sensor, length, step, recovery: length } }, ({ fraction }) => {
       this.#bar.value = fraction ?? 0;
     });
     this.#pending = pending;
+    this.#swept = sensor;
     this.#result.replaceChildren();
     this.#host.hidden = true;
     this.#bar.value = 0;
@@ -174,17 +192,26 @@ export class SweepPanel {
       this.#result.replaceChildren(h('p.note', { role: 'status' }, texts.none));
       return;
     }
-    const cells = (metres: number[], shares: number[]): HTMLElement[] =>
-      metres.map((m, i) => h('td', {}, `${formatFixed(m, 2)} m`, Number.isFinite(shares[i]) ? h('small', {}, ` ${formatSignificant(100 * (shares[i] as number), 2)} %`) : null));
-    const rows = distribution.map((d) => h('tr', {}, h('th', { scope: 'row' }, t.navigation.table.after(formatFixed(d.after, 0))), ...cells(d.distance, d.share)));
+    const isCompass = sensor === 'mag';
+    const display = this.#store.display.value;
+    const unit = isCompass ? unitLabel('angle', 'rad', display) : 'm';
+    const angle = (value: number): number => convertDifference('angle', value, display);
+    const place = (m: number, share: number | undefined): HTMLElement => h('td', {}, `${formatFixed(m, 2)} m`, Number.isFinite(share) ? h('small', {}, ` ${formatSignificant(100 * (share as number), 2)} %`) : null);
+    const rows = distribution.map((d) => {
+      const cells = isCompass ? d.yaw.map((yaw) => h('td', {}, `${formatFixed(angle(yaw), 2)} ${unit}`)) : d.distance.map((m, i) => place(m, d.share[i]));
+      return h('tr', {}, h('th', { scope: 'row' }, t.navigation.table.after(formatFixed(d.after, 0))), ...cells);
+    });
     const head = ['', texts.median, texts.p95, texts.largest].map((text) => (text === '' ? h('td') : h('th', { scope: 'col' }, text)));
-    const table = h('table.numbers', {}, h('caption', {}, texts.caption(t.navigation.rows[sensor], drifts.length, length)), h('thead', {}, h('tr', {}, ...head)), h('tbody', {}, ...rows));
-    const worst = worstOf(drifts);
+    const caption = (isCompass ? texts.captionYaw : texts.caption)(t.navigation.rows[sensor], drifts.length, length);
+    const table = h('table.numbers', {}, h('caption', {}, caption), h('thead', {}, h('tr', {}, ...head)), h('tbody', {}, ...rows));
+    const worst = worstOf(drifts, isCompass ? yawOf : distanceOf);
     const show = worst && h('button.quiet', { type: 'button', onclick: () => this.#blind({ sensor, t0: worst.window[0], t1: worst.window[1] }) }, texts.worst(formatTime(this.#store.sinceStart(worst.window[0]), 0)));
-    this.#result.replaceChildren(table, ...(show ? [show] : []), h('p.plot-title', {}, texts.plot(formatFixed(length, 0))));
-    this.#host.setAttribute('aria-label', texts.plot(formatFixed(length, 0)));
+    const title = (isCompass ? texts.plotYaw : texts.plot)(formatFixed(length, 0), unit);
+    this.#result.replaceChildren(table, ...(show ? [show] : []), h('p.plot-title', {}, title));
+    this.#host.setAttribute('aria-label', title);
     this.#host.hidden = false;
-    Object.assign(this.#plot, { drifts, start: this.#store.span.value.t0 });
+    const endOf: EndOf = isCompass ? (drift) => { const yaw = yawOf(drift); return yaw === null ? null : angle(yaw); } : distanceOf;
+    Object.assign(this.#plot, { drifts, endOf, start: this.#store.span.value.t0 });
     this.#plot.redraw();
   }
 

@@ -64,14 +64,15 @@ export function distanceLabels(places: number[], spacing: number): string[] {
 }
 
 /** Spacings of value ticks. */
-export const VALUE_STEPS = Array.from({ length: 16 }, (_, i) => [1, 2, 5].map((m) => m * 10 ** (i - 7))).flat();
+export const VALUE_STEPS = Array.from({ length: 16 }, (_, i) => [1, 2, 2.5, 5].map((m) => m * 10 ** (i - 7))).flat();
 
 /** Spacings of the ticks of an angle in degrees that goes round. */
-export const TURN_STEPS = [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 45, 90, 180];
+export const TURN_STEPS = [0.1, 0.2, 0.25, 0.5, 1, 2, 5, 10, 15, 30, 45, 90, 180];
 
 /** Labels of a value axis: as many digits as its spacing needs. */
 export function valueLabels(values: (number | null)[], spacing: number): string[] {
-  const digits = Math.min(6, Math.max(0, -Math.floor(Math.log10(Math.abs(spacing) || 1) + 1e-9)));
+  let digits = 0;
+  for (let scaled = Math.abs(spacing); digits < 6 && Math.abs(scaled - Math.round(scaled)) > 1e-6; scaled *= 10) digits++;
   return values.map((value) => {
     if (value === null) return '';
     const text = Math.abs(value) >= 1e5 ? value.toExponential(0) : value.toFixed(digits);

@@ -29,6 +29,8 @@ export interface CurveSpec {
   hold?: number;
   /** What is drawn is the value without its sign. */
   isMagnitude?: boolean;
+  /** What is drawn is this of the value; it is a line to judge others by, and in no table. */
+  of?: (value: number) => number;
 }
 
 /** A plot of one quantity. */

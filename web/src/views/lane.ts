@@ -151,7 +151,9 @@ export class Lane {
     const curves: Fetched[] = [];
     while (next < items.length) {
       const item = items[next] as GridItem;
-      const curve = this.spec.curves.find((c) => c.column === item.column && sameSource(c, item.source));
+      // Two curves may be of one column: they come in the order in which they were asked for.
+      const isOne = ({ curve: c, isOffered }: Entry): boolean => isOffered && c.column === item.column && sameSource(c, item.source) && !curves.some((f) => f.curve === c);
+      const curve = this.#entries.find(isOne)?.curve;
       const values = columns[next] as Float64Array;
       const sigmas = curve?.sigma ? (columns[next + 1] ?? null) : null;
       if (curve) curves.push({ curve, values, sigmas });
@@ -176,7 +178,7 @@ export class Lane {
       const data = fetched.curves.find((f) => f.curve === curve);
       if (!data || data.values.length === 0) return { line: [], isShown: false, isBandShown: false };
       const sign = axisSign(curve.column, display);
-      const shown = (value: number): number => convert(quantity, sign * (curve.isMagnitude ? Math.abs(value) : value), display);
+      const shown = (value: number): number => convert(quantity, sign * drawn(curve, value), display);
       const values = curve.hold === undefined ? data.values : held(data.values, fetched.times, curve.hold);
       const { isLog, floor = 0 } = this.spec;
       let line = withGaps(values, isLog ? (v) => (shown(v) > 0 ? Math.max(shown(v), floor) : Number.NaN) : shown);
@@ -199,8 +201,8 @@ export class Lane {
         entry.value.textContent = '';
         continue;
       }
-      const signed = entry.curve.isMagnitude ? Math.abs(found.value) : axisSign(entry.curve.column, display) * found.value;
-      const value = convert(quantity, signed, display);
+      const sign = entry.curve.isMagnitude ? 1 : axisSign(entry.curve.column, display);
+      const value = convert(quantity, sign * drawn(entry.curve, found.value), display);
       const digits = digitsOf(quantity, display);
       let text = isLog ? formatSignificant(value) : formatFixed(value, digits);
       const reach = convertDifference(quantity, 3 * found.sigma, display);
@@ -208,6 +210,12 @@ export class Lane {
       entry.value.textContent = text;
     }
   }
+}
+
+/** What of a value is drawn. */
+function drawn(curve: CurveSpec, value: number): number {
+  if (curve.of) return curve.of(value);
+  return curve.isMagnitude ? Math.abs(value) : value;
 }
 
 function sameSource(curve: CurveSpec, source: string): boolean {

@@ -172,7 +172,7 @@ export class TimeView {
 
   #tableColumns(): TableColumn[] {
     const lanes = this.lanes.flatMap((lane) =>
-      lane.shown().map(({ curve, source }) => ({
+      lane.shown().filter(({ curve }) => !curve.of).map(({ curve, source }) => ({
         source,
         column: curve.column,
         label: columnLabel(lane, curve),

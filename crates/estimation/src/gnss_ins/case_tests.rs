@@ -144,6 +144,47 @@ fn the_table_1_drive_is_the_references() {
     assert_matches(&run(&drive, &params(&drive, 1000, true)), "table1_loose_aided");
 }
 
+/// SPEC navigation 10.1, "INS only": levelled and its gyros' bias found at rest, then blind. What the drive adds to the place at 11 s
+/// is the reference's, in 2 % of its error (329 m with small sensors) or 0.02 m (navigation grade, 0.64 m off at the end).
+#[test]
+fn inertial_navigation_alone_drifts_as_in_the_reference() {
+    for (name, expected, end) in
+        [("table1", "table1_insonly_mems", 329.0), ("table1_navgrade", "table1_insonly_nav", 0.64)]
+    {
+        let Some(drive) = navigation_case(name) else { return };
+        let Some(path) = shared(&format!("spec/navigation/expected/{expected}.csv.gz")) else { return };
+        let table = Table::read(&path);
+        let mut estimator = GnssIns::new(&params(&drive, 1000, false), &VehicleParams::default(), &drive.start());
+        let mut out = Channel::default();
+        for mut epoch in drive.epochs() {
+            if epoch.time > 10.001 {
+                epoch.gnss = None;
+            }
+            if let Some(estimate) = estimator.step(&epoch).unwrap() {
+                out.push(epoch.time, estimate).unwrap();
+            }
+        }
+        let at =
+            |t: f64, column: &str| out.series().column(column).unwrap()[out.time().partition_point(|x| *x < t - 1e-4)];
+        let theirs = |column: &str, row: usize| table.column(column)[row];
+        let (mut worst, mut error) = (0.0f64, 0.0);
+        for (row, &t) in table.column("t").iter().enumerate() {
+            let moved =
+                |ours: &str, column: &str| at(t, ours) - at(11.0, ours) - (theirs(column, row) - theirs(column, 0));
+            let off = moved("north", "n").hypot(moved("east", "e"));
+            error = (theirs("n", row) - theirs("truth_n", row)).hypot(theirs("e", row) - theirs("truth_e", row));
+            assert!(
+                off < (0.02 * error).max(0.02),
+                "{name} at {t}: {off} m beside the reference, which is {error} m off"
+            );
+            worst = worst.max(off);
+            assert!(wrap_angle(at(t, "yaw") - theirs("yaw", row)).abs() < 0.02f64.to_radians(), "{name}: yaw at {t}");
+        }
+        println!("{name}: the reference ends {error:.3} m off, ours within {worst:.4} m of it");
+        assert!((error - end).abs() < 0.005 + 0.002 * end, "SPEC navigation 10.1: {error}");
+    }
+}
+
 /// A start yaw wrong by 45 or -20 deg converges without alignment because P0 admits the error.
 #[test]
 fn a_wrong_start_yaw_converges_as_in_the_reference() {

@@ -213,6 +213,34 @@ fn after_a_long_hole_the_filter_finds_itself_again() {
     assert_eq!(estimator.notices().list().len(), 2);
 }
 
+/// A filter that is surer of a wrong velocity than it may be must not refuse for ever that its car stands: it drifted on beside
+/// the truth through a stop of 7 s in a garage. For 2 s it may: wheels that lock read zero too.
+#[test]
+fn a_standing_car_is_believed_after_two_seconds_of_refused_zero_velocities() {
+    let p = GnssInsParams {
+        initial_velocity_sigma: 0.001,
+        initial_tilt_sigma: 1e-4,
+        initial_accel_bias_sigma: 1e-3,
+        accel_noise: 1e-4,
+        ..GnssInsParams::default()
+    };
+    let mut estimator = GnssIns::new(&p, &VehicleParams::default(), &START);
+    let earth = Earth::at(&ORIGIN, GravityModel::Wgs84);
+    let velocity = Vector3::new(0.3, 0.0, -0.2);
+    estimator.begin_at(0.0, Navigation { place: ORIGIN, velocity, body_to_nav: nalgebra::Matrix3::identity() });
+    let (mut verdicts, mut speed) = (Vec::new(), 0.0);
+    for k in 1..=400 {
+        let sample = imu(Vector3::new(0.0, 0.0, -earth.gravity), Vector3::zeros());
+        let wheels = Some(Wheels { speed: 0.0, ..Wheels::default() });
+        let epoch = Epoch { time: f64::from(k) * DT, imu: Some(sample), wheels, ..Epoch::default() };
+        let row = estimator.step(&epoch).unwrap().unwrap();
+        verdicts.extend(Some(row.zupt_accepted).filter(|v| v.is_finite()));
+        speed = row.v_north.hypot(row.v_down);
+    }
+    assert!(verdicts[..20].iter().all(|v| *v == 0.0) && verdicts[20..].iter().all(|v| *v == 1.0), "{verdicts:?}");
+    assert!(speed < 0.01, "{speed}");
+}
+
 /// Nothing may happen, not even time, in an epoch of sensors that the filter does not use.
 #[test]
 fn an_epoch_without_a_used_sensor_changes_nothing() {

@@ -18,10 +18,12 @@ use crate::ins::{ACCEL_BIAS, Earth, GYRO_BIAS, STATES};
 /// Runs whose mean is held against the interval of SPEC navigation 10.6.
 const GROUP: usize = 8;
 
-/// Once a second of a run: normalized error squared of all states, normalized innovation squared of the position or of the ranges.
+/// Once a second of a run: normalized error squared of all states and of the fifteen, normalized innovation squared of the position
+/// or of the ranges.
 #[derive(Default)]
 struct Statistics {
     nees: Vec<f64>,
+    nees_15: Vec<f64>,
     nis: Vec<f64>,
 }
 
@@ -62,8 +64,8 @@ impl Hidden {
     }
 }
 
-/// Normalized error squared of the states that the run estimates.
-fn nees(filter: &filter::Filter, truth: &Truth, hidden: &Hidden) -> f64 {
+/// Normalized error squared of those of the first `count` states that the run estimates.
+fn nees(filter: &filter::Filter, truth: &Truth, hidden: &Hidden, count: usize) -> f64 {
     let mut e = Errors::zeros();
     let earth = Earth::at(&truth.place, GravityModel::Wgs84);
     e.fixed_rows_mut::<9>(0).copy_from(&filter.state.navigation.errors_against(&truth.navigation(), &earth));
@@ -71,7 +73,7 @@ fn nees(filter: &filter::Filter, truth: &Truth, hidden: &Hidden) -> f64 {
     e.fixed_rows_mut::<3>(GYRO_BIAS).copy_from(&(hidden.gyro_bias - filter.state.gyro_bias));
     e[CLOCK_BIAS] = filter.state.clock_bias - hidden.clock[0];
     e[CLOCK_DRIFT] = filter.state.clock_drift - hidden.clock[1];
-    let states: Vec<usize> = (0..ALL_STATES).filter(|&k| filter.covariance[(k, k)] > 0.0).collect();
+    let states: Vec<usize> = (0..count).filter(|&k| filter.covariance[(k, k)] > 0.0).collect();
     let p = DMatrix::from_fn(states.len(), states.len(), |r, c| filter.covariance[(states[r], states[c])]);
     let e = DVector::from_fn(states.len(), |r, _| e[states[r]]);
     e.dot(&p.cholesky().unwrap().solve(&e))
@@ -119,15 +121,31 @@ fn monte_carlo(truth: &[Truth], seed: u64, p: &GnssInsParams) -> Statistics {
         };
         let estimate = estimator.step(&epoch).unwrap().unwrap();
         if is_fix {
-            statistics.nees.push(nees(estimator.filter().unwrap(), &pair[1], &hidden));
+            let nees = |count| nees(estimator.filter().unwrap(), &pair[1], &hidden, count);
+            statistics.nees.push(nees(ALL_STATES));
+            statistics.nees_15.push(nees(STATES));
             statistics.nis.push(if is_tight { estimate.range_nis } else { estimate.position_nis });
         }
     }
     statistics
 }
 
+/// Share of the epochs in which the mean NEES of `states` states over the runs lies in its 95 % interval (chi-square with `states`
+/// times the runs degrees of freedom, over the runs: Bar-Shalom, Li & Kirubarajan 2001, section 5.4.2).
+fn share_inside(runs: &[Statistics], states: usize, nees: fn(&Statistics) -> &[f64]) -> f64 {
+    let count = runs.len() as f64;
+    let band = [0.025, 0.975].map(|p| chi_square::quantile(p, states as f64 * count) / count);
+    let epochs = nees(&runs[0]).len();
+    let inside = |i: &usize| {
+        let mean = runs.iter().map(|run| nees(run)[*i]).sum::<f64>() / count;
+        mean > band[0] && mean < band[1]
+    };
+    (0..epochs).filter(inside).count() as f64 / epochs as f64
+}
+
 /// What many seeds say: means of NEES and NIS, the scatter of a run's mean NEES over the root of the runs, the share of the epochs
-/// in which the mean NEES of a group of 8 lies in its 95 % interval, and the standard error of that share.
+/// in which the mean NEES of a group of 8 lies in its 95 % interval, and the standard error of that share; the share in which the
+/// mean over all runs does, of all states and of the fifteen.
 #[derive(Debug)]
 struct Honesty {
     nees: f64,
@@ -135,6 +153,8 @@ struct Honesty {
     nis: f64,
     inside: f64,
     inside_error: f64,
+    all_inside: f64,
+    fifteen_inside: f64,
 }
 
 fn mean_and_error(values: &[f64]) -> (f64, f64) {
@@ -147,24 +167,15 @@ fn mean_and_error(values: &[f64]) -> (f64, f64) {
 fn honesty(p: &GnssInsParams, seeds: std::ops::Range<u64>, states: usize) -> Honesty {
     let truth = winding_drive(120.0, DT);
     let runs: Vec<_> = seeds.map(|seed| monte_carlo(&truth, seed, p)).collect();
-    let band = [0.025, 0.975].map(|p| chi_square::quantile(p, (states * GROUP) as f64) / GROUP as f64);
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let shares: Vec<f64> = runs
-        .chunks_exact(GROUP)
-        .map(|group| {
-            let epochs = group[0].nees.len();
-            let inside = |i: &usize| {
-                let mean = group.iter().map(|run| run.nees[*i]).sum::<f64>() / GROUP as f64;
-                mean > band[0] && mean < band[1]
-            };
-            (0..epochs).filter(inside).count() as f64 / epochs as f64
-        })
-        .collect();
+    let shares: Vec<f64> = runs.chunks_exact(GROUP).map(|group| share_inside(group, states, |run| &run.nees)).collect();
     let (nees, nees_error) = mean_and_error(&runs.iter().map(|run| mean(&run.nees)).collect::<Vec<_>>());
     let (inside, inside_error) = mean_and_error(&shares);
     let nis = mean(&runs.iter().map(|run| mean(&run.nis)).collect::<Vec<_>>());
-    let honesty = Honesty { nees, nees_error, nis, inside, inside_error };
-    println!("{states} states, {} runs, groups of {GROUP} in {band:.2?}: {honesty:.3?}", runs.len());
+    let all_inside = share_inside(&runs, states, |run| &run.nees);
+    let fifteen_inside = share_inside(&runs, STATES, |run| &run.nees_15);
+    let honesty = Honesty { nees, nees_error, nis, inside, inside_error, all_inside, fifteen_inside };
+    println!("{states} states, {} runs, groups of {GROUP}: {honesty:.3?}", runs.len());
     honesty
 }
 
@@ -182,16 +193,19 @@ fn small_start(p: GnssInsParams) -> GnssInsParams {
 /// Seeds of a test: 6 groups of 8, chosen before they were tried.
 const SEEDS: std::ops::Range<u64> = 1..49;
 
-/// Three standard errors of the mean NEES about the number of states, and the share inside the interval not below 95 % by more than
-/// two of its own. An exact filter is inside in 95 % of the epochs on average and not in at least 95 % of any few: the share of
-/// one group of 8 scatters by 7 %.
+/// The averaged NEES over all seeds inside its interval in at least 95 % of the epochs; the mean NEES within three standard errors of
+/// the number of states; and groups of 8, whose share scatters by 7 %, not below 95 % by more than two standard errors.
+///
+/// The interval holds 95 % of an exact filter's epochs, so that "at least 95 %" is what half of all sets of seeds would show: the
+/// seeds were fixed before they were tried, and the other two limits do not depend on that luck.
 fn assert_honest(h: &Honesty, states: f64) {
+    assert!(h.all_inside >= 0.95 && h.fifteen_inside >= 0.95, "{h:?}");
     assert!((h.nees - states).abs() < 3.0 * h.nees_error && h.nees_error < 0.05 * states, "{h:?}");
     assert!(h.inside + 2.0 * h.inside_error >= 0.95 && h.inside > 0.9, "{h:?}");
 }
 
-/// Issue 7: the NEES of 8 runs lies in its 95 % interval in 95 % of the epochs. Measured over 560 seeds in 70 groups: mean 15.13
-/// with a standard error of 0.13, inside in 94.2 % with one of 0.8 %.
+/// Issue 7: the averaged NEES of at least 8 seeds lies in its 95 % interval in at least 95 % of the epochs. Measured over 560 seeds in
+/// 70 groups of 8: mean 15.13 with a standard error of 0.13, inside in 94.2 % with one of 0.8 %.
 #[test]
 fn errors_are_as_large_as_the_filter_says() {
     let h = honesty(&small_start(params()), SEEDS, 15);
@@ -219,7 +233,7 @@ fn errors_are_as_large_as_the_filter_with_an_odometer_says() {
 #[test]
 fn a_start_yaw_of_five_degrees_costs_little_honesty() {
     let h = honesty(&params(), SEEDS, 15);
-    assert!(h.inside >= 0.88 && h.nees < 16.7 && (h.nis - 3.0).abs() < 0.12, "{h:?}");
+    assert!(h.all_inside >= 0.95 && h.inside >= 0.88 && h.nees < 16.7 && (h.nis - 3.0).abs() < 0.12, "{h:?}");
 }
 
 /// The tests above must be able to fail: a filter that believes the satellites three times better than they are is outside.

@@ -34,6 +34,8 @@ const SUBSTEP: f64 = 0.02;
 /// Longest hole that is bridged, s.
 const LONGEST_BRIDGE: f64 = 5.0;
 
+/// Zero velocities refused in a row after which the filter's velocity is doubted: 2 s, longer than wheels lock.
+const STANDING_REFUSALS: f64 = 20.0;
 /// Time without pseudoranges after which a tightly coupled filter takes fixes, s.
 const LONGEST_RANGE_WAIT: f64 = 5.0;
 
@@ -73,6 +75,7 @@ pub struct Running {
     acceleration: Vector3<f64>,
     position_refusals: usize,
     velocity_refusals: usize,
+    standing_refusals: usize,
     watch: Watch,
 }
 
@@ -92,6 +95,7 @@ impl Running {
             acceleration: Vector3::zeros(),
             position_refusals: 0,
             velocity_refusals: 0,
+            standing_refusals: 0,
             watch: Watch::default(),
         }
     }
@@ -214,6 +218,7 @@ impl Running {
             self.settle(tuning);
             let prediction = measurement::zero_velocity(&self.filter.state.navigation);
             verdicts.zupt = self.filter.update(&prediction, &Vector3::repeat(p.zupt_sigma), tuning);
+            count_refusals(&mut self.filter, &mut self.standing_refusals, verdicts.zupt, STANDING_REFUSALS);
         }
         if p.zaru {
             self.settle(tuning);

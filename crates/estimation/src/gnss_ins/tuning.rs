@@ -82,9 +82,10 @@ params! {
         gnss_position_sigma (""): number = 1.5, "m", 0.01 ..= 20.0 Log, from "SPEC navigation 3";
         /// Sigma of a satellite height where the receiver states none.
         gnss_height_sigma (""): number = 3.0, "m", 0.01 ..= 40.0 Log, from "SPEC navigation 3";
-        /// Sigma of the horizontal satellite velocity.
+        /// Sigma of the horizontal satellite velocity; in proportion more where the receiver states a position worse than
+        /// `gnss_position_sigma`.
         gnss_velocity_sigma (""): number = 0.1, "m/s", 0.01 ..= 2.0 Log, from "SPEC navigation 3";
-        /// Sigma of the vertical satellite velocity.
+        /// Sigma of the vertical satellite velocity; more where it states a height worse than `gnss_height_sigma`.
         gnss_vertical_velocity_sigma (""): number = 0.15, "m/s", 0.01 ..= 2.0 Log, from "SPEC navigation 3";
         /// Factor on every satellite sigma: receivers state too little where their errors last for minutes.
         gnss_scale (""): number = 1.0, "1", 1.0 ..= 5.0 Linear, from "SPEC navigation 10.6";

@@ -47,15 +47,16 @@ record! {
         field_norm_error: "uT";
         /// Angle of the measured field below the horizontal less that of the reference.
         dip_error: "rad";
-        /// Normalized innovation squared of the magnetic field; none where the filter did not use it. Mostly below 1 and at times
-        /// far above: the sigma is larger than the sensor's noise, but the model knows neither grade nor bank.
+        /// Normalized innovation squared of the magnetic field; none where the filter did not use it. Mostly below 1: the sigma is
+        /// larger than a good sensor's noise. At times far above 1 in the paper's variants, whose model knows neither grade nor bank.
         field_nis: "1", nis 3;
         /// What was made of the magnetic field: 0 used, 1 used with less weight, 2 left out, 3 believed again after long doubt.
         gate: "1";
         /// Why a field was left out: 1 strength, 2 dip, 3 it does not fit the attitude, 4 one of them a moment ago; 0 it was not.
         gate_reason: "1";
-        /// Normalized innovation squared of the lateral acceleration; road filters only. Even with noise exactly as stated its mean is
-        /// 0.986: the model gives what neither turn nor road explains 3 % more variance than it has.
+        /// Normalized innovation squared of the lateral acceleration; road filters only. Below 1 where the accelerometer is better than
+        /// that of stability control. Even with noise exactly as stated its mean is 0.986: the model gives what neither turn nor
+        /// road explains 3 % more variance than it has.
         lateral_nis: "1", nis 1;
     }
 }

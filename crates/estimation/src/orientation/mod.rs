@@ -1,6 +1,6 @@
 //! Roll, pitch and yaw of a car from a magnetometer, a yaw gyro, a lateral accelerometer and the speed.
 //!
-//! Variants, from one vector pair per sample to a filter that knows the suspension; the default switches between them.
+//! Variants, from one vector pair per sample to a filter that knows suspension, road and disturbed fields, the default.
 //! Source: Hwang & Choi 2016, as corrected by SPEC orientation sections 3 to 6; beyond it the road filters of sections 8 and
 //! 9; bad input as in section 12.
 //!
@@ -65,6 +65,8 @@ const LONGEST_WAIT: f64 = 0.1;
 const SIDESLIP_SPEED: f64 = 3.0;
 /// Roll or pitch beyond this starts the filter again, rad.
 const LARGEST_ANGLE: f64 = 75.0 * std::f64::consts::PI / 180.0;
+/// 1-sigma of the yaw beyond which it is said to be lost, rad.
+const LOST_YAW: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
 const TIME_REFUSED: &str = "an epoch whose time did not advance was skipped";
 const GAP: &str = "the filter was started again after a hole of more than 0.5 s";
@@ -72,6 +74,8 @@ const RESTARTED: &str = "the filter was started again because its attitude had l
      set in the parameters (a magnetometer that is not calibrated, or a drive elsewhere)";
 const FIELD_LEFT_OUT: &str = "a magnetic field that does not fit the Earth's or the attitude was left out";
 const FIELD_BELIEVED: &str = "a magnetic field that had not fitted the attitude for long was believed again";
+const LOST: &str = "the yaw was not known to 10 deg, because no magnetic field had fitted for long";
+const NO_FORWARD: &str = "without a forward accelerometer the variant robust_ax is robust";
 
 /// Estimator of roll, pitch and yaw.
 #[derive(Clone, Debug)]
@@ -358,6 +362,12 @@ impl Orientation {
         out.is_static = f64::from(u8::from(s.is_static));
         out.field_norm_error = s.field.map_or(f64::NAN, |field| field.norm() - self.reference.strength);
         (out.dip_error, out.field_nis, out.lateral_nis) = (f.dip_error, f.nis, f.lateral_nis);
+        if f.sigma[2] > LOST_YAW {
+            self.notices.add(LOST, time);
+        }
+        if self.params.variant == Variant::RobustAx && s.accel_x.is_none() {
+            self.notices.add(NO_FORWARD, time);
+        }
         if let Some(decision) = f.decision {
             match decision {
                 Decision::Leave(_) => self.notices.add(FIELD_LEFT_OUT, time),

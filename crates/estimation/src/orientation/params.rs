@@ -5,7 +5,13 @@ use drivescope_drive::{choice, params};
 choice! {
     /// Which filter turns the vectors and rates into an attitude.
     pub enum Variant {
-        /// Static attitude from field and pseudo gravity while the car goes straight and steadily, suspension filter otherwise.
+        /// The road filter behind a gate that leaves disturbed magnetic fields out.
+        Robust = "robust",
+        /// The robust filter with the forward accelerometer, which knows the grade where the field is disturbed.
+        RobustAx = "robust_ax",
+        /// Kalman filter that also estimates bank and grade of the road and the bias of the yaw gyro; believes every field.
+        Road = "road",
+        /// The paper's: static attitude from field and pseudo gravity while the car goes straight and steadily, suspension filter otherwise.
         Switch = "switch",
         /// Static attitude from field and pseudo gravity at every sample; wrong while the car turns.
         Triad = "triad",
@@ -15,12 +21,6 @@ choice! {
         EkfNoModel = "ekf_nomodel",
         /// Suspension and yaw rate alone, open loop; knows neither bank nor grade.
         Model = "model",
-        /// Kalman filter that also estimates bank and grade of the road and the bias of the yaw gyro; believes every field.
-        Road = "road",
-        /// The road filter behind a gate that leaves disturbed magnetic fields out.
-        Robust = "robust",
-        /// The robust filter with the forward accelerometer, which knows the grade where the field is disturbed.
-        RobustAx = "robust_ax",
     }
 }
 
@@ -50,7 +50,7 @@ params! {
     /// Filter, reference field, noise and the detector of straight steady driving.
     pub struct OrientationParams {
         /// Which filter.
-        variant (""): choice Variant, from "Hwang & Choi 2016, integrated estimator";
+        variant (""): choice Variant, from "ours: the best over the built-in drives; all need the same signals";
         /// Earth's field to the north at the place of the drive.
         field_north ("H_n"): number = 30.11237, "uT", -80.0 ..= 80.0 Linear, from "WMM2015v2 at 2016.2, Daejeon";
         /// Earth's field to the east.

@@ -97,6 +97,11 @@ impl Plain<'_> {
     fn row(&self, bytes: &[u8], mut pos: usize, row: &mut [f64]) -> Option<usize> {
         let cells = row.len();
         for (i, (slot, &kind)) in row.iter_mut().zip(self.kinds).enumerate() {
+            if bytes.get(pos) == Some(&self.cut.separator) {
+                *slot = f64::NAN;
+                pos += 1;
+                continue;
+            }
             if kind == Kind::Number
                 && let Some(window) = bytes.get(pos..).and_then(<[u8]>::first_chunk)
                 && let Some((value, end)) = short(window, self.decimal)
