@@ -1,6 +1,7 @@
 //! What is odd in real recordings is found and said when they are opened, where they are there.
 //!
-//! What is expected of each log is what the notes on the recordings list, as far as the recording itself can reveal it.
+//! What is expected of each log is what the notes on the recordings list, as far as the recording itself can reveal it. It
+//! cannot: the bus log does not hold the sources of copied frames; a log of an aircraft says itself that it is one.
 
 #![allow(clippy::unwrap_used)]
 
@@ -62,7 +63,7 @@ const LOGS: [Log; 8] = [
             &["the car's speeds read 0.", "% low"],
             &["stays within", "which way is right"],
             // The magnetometer is in uT, and far from the Earth's field.
-            &["the magnetometer", "offset of at least"],
+            &["the magnetometer reads", "an offset of"],
             // The bus's own yaw rate and accelerations.
             &["`can_yaw_rate` follows", "correlation 0."],
             &["`can_accel_x` follows", "correlation"],
@@ -73,8 +74,9 @@ const LOGS: [Log; 8] = [
         &[
             // Positive when braking.
             &["ACCEL_X", "opposite sign", "d(speed)/dt", "correlation -0."],
-            // Sources 128 and 129 repeat what was sent.
-            &["copies of others"],
+            // Positive to the left.
+            &["YAW_RATE", "opposite sign"],
+            &["`YAW_RATE` comes in steps of 0.244 deg/s"],
         ],
     ),
     (
@@ -87,10 +89,10 @@ const LOGS: [Log; 8] = [
     ),
     (
         &["css_canedge_mf4/gps_imu_obd2_3BA199E2_165_00000001-60FEB68B.MF4", "css_canedge_mf4/canmod-gps.dbc"],
-        &[&["`Altitude` reads -5400", "no value"], &["`Roll` is 0 in all"]],
+        &[&["`Altitude` reads -5400", "no value"], &["`Roll`", "is 0 in all"]],
     ),
     (&["vn100_circles/circle_data_0_imu.csv"], &[&["hard iron of"], &["the magnetometer states no unit: taken as T"]]),
-    (&["vn100_circles/car2/data_going_in_circles.csv"], &[&["-10.1", "not calibrated"], &["offset"]]),
+    (&["vn100_circles/car2/data_going_in_circles.csv"], &[&["-10.1", "not calibrated"], &["hard iron of"]]),
     (&["clearpath_bag/test1.bag"], &[&["accel_z is -`/imu/data.linear_acceleration.y`"]]),
     (&["clearpath_bag/husky_test1_ros2.mcap"], &[&["accel_z is -`/imu/data.linear_acceleration.y`"]]),
 ];

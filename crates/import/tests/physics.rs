@@ -124,7 +124,8 @@ fn gravity_tells_g_from_m_s2_and_z_up_from_z_down() {
     let (_, report) = open("t,ax,ay,az", |s| vec![s.t, s.accel[0], s.accel[1], s.accel[2] + 9.81]);
     has_note(&report, "whether gravity was taken out");
     let (_, report) = open("t,ax,ay,az", |s| vec![s.t, s.accel[2], s.accel[0], s.accel[1]]);
-    has_note(&report, "along the accelerometer's x axis");
+    let lies = report.findings.iter().find(|f| f.text.contains("accel_z is +`ax`")).unwrap();
+    assert_eq!(lies.correction.as_ref().unwrap().signals["accel_z"].column, "ax");
 }
 
 #[test]

@@ -68,11 +68,12 @@ fn gravity(s: &mut Survey) {
     let (confidence, signal) = (Confidence::Certain, "accel_z".to_owned());
     let mut role = Role { signal, unit, scale: sign, offset: 0.0, confidence, why };
     s.assign(column, role.clone());
-    let share = own.abs() / STANDARD_GRAVITY - 1.0;
+    // On a slope gravity is shared with other axes; no slope makes it more.
+    let share = own.abs().max(norm(means).min(STANDARD_GRAVITY)) / STANDARD_GRAVITY - 1.0;
     if share.abs() > CALIBRATED {
         role.scale /= 1.0 + share;
         let text = format!(
-            "{} reads {own:.2} m/s^2 on average, {:+.1} % from gravity: it is not calibrated.",
+            "{} reads {own:.2} m/s^2 on average, the accelerometer {:+.1} % from gravity: it is not calibrated.",
             s.label(column),
             100.0 * share
         );

@@ -89,19 +89,16 @@ pub(crate) fn look(s: &mut Survey) {
     }
 }
 
-/// Words of names of states beside what moves.
-const STATES: [&str; 4] = ["valid", "status", "std", "accuracy"];
-/// Words of names of what cannot stand still on a drive.
-const MOVES: [&str; 12] =
-    ["roll", "pitch", "yaw", "heading", "course", "accel", "gyro", "angular", "mag", "speed", "latitude", "longitude"];
+/// Words of names of angles that move on any drive; what names explain, the proposal doubts itself.
+const MOVES: [&str; 4] = ["roll", "pitch", "yaw", "heading"];
 
 /// Columns that never change though they are called what moves.
 fn still(columns: &[Labelled]) -> Option<Finding> {
     let mut found: Vec<(&Labelled, f64, usize)> = Vec::new();
     for one in columns {
-        let name = one.column.name.to_ascii_lowercase();
-        let has = |words: &[&str]| words.iter().any(|w| name.contains(w));
-        if !has(&MOVES) || has(&STATES) {
+        let name = &one.column.name;
+        let is_angle = name.len() < 200 && crate::names::normalize(name).split('_').any(|w| MOVES.contains(&w));
+        if !is_angle || name.starts_with("truth_") {
             continue;
         }
         let mut values = one.column.values.iter().copied().filter(|v| v.is_finite());

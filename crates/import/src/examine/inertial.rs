@@ -2,6 +2,7 @@
 
 use drivescope_drive::geodesy::STANDARD_GRAVITY;
 
+use super::evidence;
 use super::gnss::{Interval, Motion};
 use super::linear::{Normal, Seating, Solved, cross, dot, lean_rows, norm, plus, seat, unit};
 use super::scene::{Field, STEP, slope};
@@ -283,7 +284,11 @@ pub(crate) fn seat_accel(s: &mut Survey, triad: &Triad, motion: &Motion, second:
         s.find(Weight::Contradiction, &triad.columns, text);
     }
     for (k, word) in [(0, "forward"), (1, "sideways")] {
-        if triad.sigma[k] < 0.2 && !(0.8..1.35).contains(&triad.gain[k]) {
+        let column = triad.columns[triad.seating.axes[k].0];
+        // Only a column that goes with the motion shows its scale.
+        let shows = evidence::against(s, column, ACCEL[k], (motion, 0.0), None);
+        let shows = shows.is_some_and(|e| e.correlation.abs() > 0.9);
+        if triad.sigma[k] < 0.1 && shows && !(0.8..1.35).contains(&triad.gain[k]) {
             let text = format!(
                 "the accelerometer shows {word} acceleration {:.2} times as large as {} does: check its scale.",
                 triad.gain[k], motion.label

@@ -5,7 +5,7 @@ use drivescope_drive::geodesy::radii;
 
 use super::gnss::{DEG, FASTEST, follow, part_of, samples, speed_unit, velocity};
 use super::scene::Field;
-use super::survey::{Kind, Role, Survey, Weight};
+use super::survey::{Kind, Role, Survey, Weight, kind};
 use crate::correction::Correction;
 use crate::mapping::SignalSource;
 use crate::propose::Confidence;
@@ -105,10 +105,13 @@ fn support(s: &Survey, pair: &Pair) -> (f64, usize) {
     // Mostly the speed; its parts tell which two columns belong together.
     let [north, east, speed] = best;
     let by = if speed.1 < usize::MAX { speed.1 } else { north.1.min(east.1) };
-    // Named places without velocities: the speed alone tells their order.
+    // Named places without velocities: nothing else than a speed follows anything.
     let is_named = s.names[pair.columns[0]].is_some() && s.names[pair.columns[1]].is_some();
-    let parts = if is_named && north.1.min(east.1) == usize::MAX { 0.0 } else { 0.3 * (north.0 + east.0) };
-    (speed.0.min(0.5 * (north.0 + east.0)) + parts, by)
+    let has_velocity = s.names.iter().flatten().any(|c| kind(&c.signal) == Kind::Velocity);
+    if is_named && !has_velocity {
+        return speed;
+    }
+    (speed.0.min(0.5 * (north.0 + east.0)) + 0.3 * (north.0 + east.0), by)
 }
 
 pub(super) fn find_place(s: &mut Survey) -> Option<Track> {
