@@ -27,12 +27,22 @@ pub struct Correction {
 impl Correction {
     /// One signal from another source.
     pub fn of(signal: &str, source: SignalSource) -> Self {
-        Self { signals: BTreeMap::from([(signal.to_owned(), source)]), ..Self::default() }
+        let mut out = Self::default();
+        out.signals.insert(signal.to_owned(), source);
+        out
     }
 
-    /// Whether it changes nothing.
+    /// Whether it changes nothing at all.
     pub fn is_empty(&self) -> bool {
-        *self == Self::default()
+        self.signals.is_empty() && self.remove.is_empty() && self.mounts.is_empty() && self.delays.is_empty()
+    }
+
+    /// Whether a mapping already has what it would change, or says itself how the housing sits or how late it is.
+    pub fn is_done(&self, mapping: &Mapping) -> bool {
+        self.signals.iter().all(|(name, source)| mapping.signals.get(name) == Some(source))
+            && !self.remove.iter().any(|name| mapping.signals.contains_key(name))
+            && self.mounts.keys().all(|channel| mapping.mounts.contains_key(channel))
+            && self.delays.keys().all(|channel| mapping.delays.contains_key(channel))
     }
 }
 

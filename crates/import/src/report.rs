@@ -7,7 +7,7 @@ use crate::apply::{ChannelReport, MapReport, apply};
 use crate::clock::epoch_text;
 use crate::csv::read_csv;
 use crate::error::ImportError;
-use crate::examine::{Examination, Finding, Weight, examine, odd_columns};
+use crate::examine::{Examination, Finding, Weight, examine, heaviest_first, odd_columns};
 use crate::mapping::{Mapping, TimeSource};
 use crate::merge::{Merged, merge};
 use crate::names::signal;
@@ -116,7 +116,7 @@ fn open_examined(
     };
     let mut findings = examined.map_or(Vec::new(), |found| settle(&mut proposal, found, mapping.is_some()));
     findings.extend(odd);
-    findings.sort_by_key(|f| std::cmp::Reverse(f.weight));
+    heaviest_first(&mut findings);
     let name = table.name.clone();
     let mut report = frame(&table, &proposal);
     let contradicts = findings.iter().filter(|f| f.weight == Weight::Contradiction);
@@ -189,7 +189,7 @@ pub fn examine_log(log: Log) -> Result<Examination, ImportError> {
     let odd = odd_columns(&log.tables);
     let mut found = examine(&merge(log)?.table)?;
     found.findings.extend(odd);
-    found.findings.sort_by_key(|f| std::cmp::Reverse(f.weight));
+    heaviest_first(&mut found.findings);
     Ok(found)
 }
 

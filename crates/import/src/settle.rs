@@ -1,7 +1,6 @@
 //! Names and physics made one: a proposal by names, checked and completed by an examination.
 
-use crate::examine::{ColumnView, Examination, Finding, Weight, contradictions};
-use crate::mapping::Mapping;
+use crate::examine::{Examination, Finding, Weight, contradictions};
 use crate::propose::{Confidence, Entry, Proposal};
 
 /// Check a proposal by what was found, complete it where no person gave it, and hand over all that is to be said.
@@ -17,7 +16,7 @@ pub(crate) fn settle(proposal: &mut Proposal, found: Examination, is_given: bool
         findings.extend(adopt(proposal, &found));
     }
     let now = &proposal.mapping;
-    findings.extend(found.findings.into_iter().filter(|f| !is_done(f, now)));
+    findings.extend(found.findings.into_iter().filter(|f| !f.correction.as_ref().is_some_and(|c| c.is_done(now))));
     findings
 }
 
@@ -27,18 +26,6 @@ fn is_told(note: &str, against: &[Finding]) -> bool {
     let on_its_side = |f: &Finding| f.text.contains("otherwise than its names say");
     note.contains("seems to have the wrong sign") && against.iter().any(about)
         || note.contains("mounted on its side") && against.iter().any(on_its_side)
-}
-
-/// Whether a mapping already has what a finding would change, or a person decided it otherwise.
-fn is_done(finding: &Finding, mapping: &Mapping) -> bool {
-    let Some(correction) = &finding.correction else { return false };
-    let mut corrected = mapping.clone();
-    corrected.correct(correction);
-    let decided = correction.mounts.keys().all(|k| mapping.mounts.contains_key(k))
-        && correction.delays.keys().all(|k| mapping.delays.contains_key(k))
-        && correction.signals.is_empty()
-        && correction.remove.is_empty();
-    corrected == *mapping || decided
 }
 
 /// Values that stand for none are left out, and that is said.
@@ -56,18 +43,14 @@ fn blank(proposal: &mut Proposal, found: &Examination) {
 /// Columns without a known name become what physics is sure that they are.
 fn adopt(proposal: &mut Proposal, found: &Examination) -> Vec<Finding> {
     let mut out = Vec::new();
-    let is_free = |v: &&ColumnView, mapping: &Mapping| {
-        let signal = v.signal.as_deref().filter(|s| *s != "t");
-        signal.is_some_and(|s| !mapping.signals.contains_key(s))
-            && !mapping.signals.values().any(|s| s.column == v.column)
-            && mapping.time.column != v.column
-    };
     for view in &found.columns {
         let sure = view.confidence.filter(|c| *c >= Confidence::Likely && !view.by_name && view.name_says.is_none());
-        let (Some(confidence), true) = (sure, is_free(&view, &proposal.mapping)) else { continue };
-        let Some((signal, source)) = view.signal.as_ref().and_then(|s| found.mapping.signals.get_key_value(s)) else {
+        let (Some(confidence), Some(signal)) = (sure, &view.signal) else { continue };
+        let Some(source) = found.mapping.signals.get(signal) else { continue };
+        let mapping = &proposal.mapping;
+        if mapping.signals.iter().any(|(name, s)| name == signal || s.column == view.column) {
             continue;
-        };
+        }
         let text = format!("`{}` has no known name: taken as {signal}, since it {}.", view.column, view.why);
         proposal.mapping.signals.insert(signal.clone(), source.clone());
         proposal.unused.retain(|u| u.column != view.column);

@@ -30,7 +30,7 @@ fn drive(backwards: bool) -> Vec<Sample> {
         let t = f64::from(k) * step;
         let (speed, change) = if backwards {
             // Eight seconds to, eight seconds fro, with two seconds of standing after each.
-            let (phase, there) = (t % 10.0, if (t / 10.0) as u32 % 2 == 0 { 1.0 } else { -1.0 });
+            let (phase, there) = (t % 10.0, if ((t / 10.0) as u32).is_multiple_of(2) { 1.0 } else { -1.0 });
             let wave = std::f64::consts::PI / 8.0;
             let moves = phase < 8.0;
             let v = if moves { 1.5 * (1.0 - (2.0 * wave * phase).cos()) } else { 0.0 };

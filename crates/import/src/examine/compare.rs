@@ -44,10 +44,14 @@ fn to_si(name: &str, source: &SignalSource) -> Option<f64> {
 }
 
 fn correct(found: &Examination, names: &[&str], remove: &[&str]) -> Option<Correction> {
-    let signals = names.iter().filter_map(|n| Some(((*n).to_owned(), found.mapping.signals.get(*n)?.clone())));
-    let signals: std::collections::BTreeMap<_, _> = signals.collect();
-    let remove = remove.iter().filter(|r| !signals.contains_key(**r)).map(|r| (*r).to_owned()).collect();
-    Some(Correction { signals, remove, ..Correction::default() }).filter(|c| !c.is_empty())
+    let mut out = Correction::default();
+    for name in names {
+        if let Some(source) = found.mapping.signals.get(*name) {
+            out.signals.insert((*name).to_owned(), source.clone());
+        }
+    }
+    out.remove = remove.iter().filter(|r| !names.contains(r)).map(|r| (*r).to_owned()).collect();
+    Some(out).filter(|c| !c.is_empty())
 }
 
 /// The same signal with another sign, unit or scale.

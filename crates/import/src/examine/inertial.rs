@@ -287,13 +287,20 @@ pub(crate) fn seat_accel(s: &mut Survey, triad: &Triad, motion: &Motion, second:
         let column = triad.columns[triad.seating.axes[k].0];
         // Only a column that goes with the motion shows its scale.
         let shows = evidence::against(s, column, ACCEL[k], (motion, 0.0), None);
-        let shows = shows.is_some_and(|e| e.correlation.abs() > 0.9);
-        if triad.sigma[k] < 0.1 && shows && !(0.8..1.35).contains(&triad.gain[k]) {
-            let text = format!(
-                "the accelerometer shows {word} acceleration {:.2} times as large as {} does: check its scale.",
-                triad.gain[k], motion.label
-            );
-            s.find(Weight::Contradiction, &triad.columns, text);
+        let usual = |gain: f64| (0.8..1.35).contains(&gain);
+        let shows = shows.is_some_and(|e| e.correlation.abs() > 0.9 && !usual(e.scale.abs() / triad.one));
+        if triad.sigma[k] > 0.1 || !shows || usual(triad.gain[k]) {
+            continue;
         }
+        // A banked road takes part of the sideways force away, and wheels tell turns as well as their track is known.
+        let explained = k == 1 && (triad.gain[k] < 1.0 || !motion.turned.is_empty());
+        let weight = if explained { Weight::Note } else { Weight::Contradiction };
+        let text = format!(
+            "the accelerometer shows {word} acceleration {:.2} times as large as {} does: {}check its scale.",
+            triad.gain[k],
+            motion.label,
+            if explained { "a banked road, or " } else { "" }
+        );
+        s.find(weight, &triad.columns, text);
     }
 }

@@ -30,6 +30,7 @@ pub(crate) use self::compare::contradictions;
 pub use self::evidence::Evidence;
 pub(crate) use self::grain::odd_columns;
 pub(crate) use self::linear::lean_rows;
+pub(crate) use self::survey::heaviest_first;
 pub use self::survey::{Finding, Weight};
 use self::survey::{Kind, Role, Survey, canonical_unit, kind};
 use crate::clock::times;
@@ -267,7 +268,7 @@ impl Finished<'_> {
         say(s, &mounts, &delays);
         let columns = (0..s.table.columns.len()).map(|i| self.column(i)).collect();
         let mut findings = std::mem::take(&mut self.s.findings);
-        findings.sort_by_key(|f| std::cmp::Reverse(f.weight));
+        heaviest_first(&mut findings);
         Ok(Examination { mapping, columns, mounts, delays, findings, names_believed: self.believed })
     }
 

@@ -7,6 +7,7 @@ use super::linear::{Normal, Solved};
 use super::scene::{Field, slope};
 use super::survey::{Kind, Role, Survey, Weight};
 use crate::evidence::nearest;
+use crate::order::sort_by;
 use crate::propose::Confidence;
 
 /// What 1 rad of path curvature times metres reads: road wheels and steering wheel, of a car of 2.7 m with some understeer.
@@ -40,7 +41,7 @@ pub(crate) fn find_steering(s: &mut Survey, motion: &Motion, late: f64, fast: Op
             list.push((column, f));
         }
     }
-    list.sort_by(|a, b| b.1.explained.total_cmp(&a.1.explained));
+    sort_by(&mut list, |a, b| b.1.explained.total_cmp(&a.1.explained));
     for (column, f) in list {
         steering(s, column, &f, motion);
     }
@@ -116,7 +117,7 @@ pub(crate) fn find_altitude(s: &mut Survey, climb: &Field, speed: &Field, fixes:
         }
     }
     list.retain(|h| h.explained > 0.6 && h.slope > 0.0 && h.change > 2.0);
-    list.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+    sort_by(&mut list, |a, b| b.explained.total_cmp(&a.explained));
     let is_fix = |s: &Survey, c: usize| {
         fixes.is_some_and(|f| (s.scene.fields[f].period / s.scene.fields[c].period - 1.0).abs() < 0.1)
     };

@@ -8,6 +8,7 @@ use super::scene::Field;
 use super::survey::{Kind, Role, Survey, Weight, kind};
 use crate::correction::Correction;
 use crate::mapping::SignalSource;
+use crate::order::sort_by;
 use crate::propose::Confidence;
 
 /// Units of places and the factor to rad.
@@ -122,7 +123,7 @@ pub(super) fn find_place(s: &mut Survey) -> Option<Track> {
             (left, by, p)
         })
         .collect();
-    list.sort_by(|a, b| a.0.total_cmp(&b.0));
+    sort_by(&mut list, |a, b| a.0.total_cmp(&b.0));
     let mut list = list.into_iter();
     let (mut left, mut by, mut pair) = list.next()?;
     let [lat, lon] = pair.columns;
@@ -151,8 +152,8 @@ pub(super) fn find_place(s: &mut Survey) -> Option<Track> {
         let text = format!("{} and {} are swapped: read the other way round, {why}.", s.label(lat), s.label(lon));
         let unit = (pair.unit != "deg").then(|| pair.unit.to_owned());
         let source = |c: usize| SignalSource { unit: unit.clone(), ..SignalSource::plain(&s.table.columns[c].name) };
-        let signals = [("gnss_lat", lat), ("gnss_lon", lon)].map(|(signal, c)| (signal.to_owned(), source(c)));
-        let correction = Correction { signals: signals.into(), ..Correction::default() };
+        let mut correction = Correction::of("gnss_lat", source(lat));
+        correction.signals.insert("gnss_lon".into(), source(lon));
         s.propose(Weight::Contradiction, &[lat, lon], text, correction);
     } else if order == Confidence::Guess && !named(lat, "gnss_lat") {
         let text =

@@ -1,6 +1,7 @@
 //! Columns without a role, and what they follow all the same: their axis and sign, in numbers.
 
 use super::delay::lag;
+use super::evidence;
 use super::gnss::Motion;
 use super::inertial::integral;
 use super::linear::Normal;
@@ -47,29 +48,11 @@ pub(crate) fn look(s: &mut Survey, motion: &Motion, late: f64) {
 
 /// Turn rate, forward or sideways acceleration of the motion over ground.
 fn by_motion(s: &Survey, column: usize, motion: &Motion, late: f64) -> Option<Followed> {
-    const WHAT: [(&str, f64); 3] =
-        [("the rate of turn", 0.004), ("the change of the speed", 0.1), ("speed times rate of turn", 0.1)];
-    let intervals = motion.intervals(late);
-    let mut best = (0.0, 0, 0.0);
-    for (k, (_, least)) in WHAT.iter().enumerate() {
-        let mut n = Normal::default();
-        let (mut sum, mut count) = (0.0, 0.0);
-        for i in &intervals {
-            let rate = i.turn / (i.to - i.from);
-            let x = [rate, i.accel, i.speed * rate][k];
-            n.add(&[x, 1.0], s.scene.fields[column].mean(i.from, i.to));
-            if x.is_finite() {
-                (sum, count) = (sum + x * x, count + 1.0);
-            }
-        }
-        let f = n.solve(2);
-        if f.count >= 15.0 && f.explained > best.0 && sum > least * least * count {
-            best = (f.explained, k, f.x[0]);
-        }
-    }
-    let (explained, k, times) = best;
-    let what = format!("{} of {}", WHAT[k].0, motion.label);
-    (explained > 0.6).then(|| Followed { what, times, correlation: explained.sqrt().copysign(times) })
+    let each = ["gyro_z", "accel_x", "accel_y"].into_iter();
+    let all = each.filter_map(|signal| evidence::against(s, column, signal, (motion, late), None));
+    let best = all.reduce(|a, b| if b.correlation.abs() > a.correlation.abs() { b } else { a })?;
+    let clear = best.correlation.abs() > 0.77;
+    clear.then_some(Followed { what: best.against, times: best.scale, correlation: best.correlation })
 }
 
 /// Mean over 0.9 s.

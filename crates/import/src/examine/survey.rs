@@ -85,6 +85,11 @@ pub struct Finding {
     pub correction: Option<Correction>,
 }
 
+/// Contradictions first, what is said first of equal weight.
+pub(crate) fn heaviest_first(findings: &mut Vec<Finding>) {
+    crate::order::sort_by(findings, |a, b| b.weight.cmp(&a.weight));
+}
+
 /// A table under examination.
 pub(crate) struct Survey<'t> {
     pub table: &'t Table,
