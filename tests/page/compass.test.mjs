@@ -131,7 +131,7 @@ test('iron in the car is said unasked, calibrated with one button, and undone', 
   await page.keyboard.press('Escape');
   assert.equal(await warning.isVisible(), false);
   const [was, now] = await yawErrors(page);
-  assert.ok(raw > 20 && was === raw && now < 2, `yaw error ${raw}, then ${was} to ${now} deg`);
+  assert.ok(raw > 10 && was === raw && now < 1, `yaw error ${raw}, then ${was} to ${now} deg`);
   await page.locator('.compass-button').click();
   await dialog.getByRole('button', { name: 'Undo the calibration' }).click();
   await page.locator('.compass[data-state="possible"]').waitFor();

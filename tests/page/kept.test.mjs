@@ -10,8 +10,11 @@ const stage = staged();
 const idle = (page) => page.locator('.status[data-state="idle"]').waitFor({ state: 'attached', timeout: 60_000 });
 const drawn = (page, variant) => page.locator(`[data-view="1"][data-drawn~="orientation@${variant}"]`).waitFor({ state: 'attached', timeout: 60_000 });
 const box = (page, name) => page.getByLabel(`Draw ${name} too`);
-/** Names in the legend of roll. */
-const legend = (page) => page.locator('.lane', { has: page.getByRole('heading', { name: 'Roll' }) }).locator('.legend-entry:visible').allTextContents();
+/** The legend of roll, without what the estimate was before it was chosen. */
+const legend = async (page) => {
+  const entries = await page.locator('.lane', { has: page.getByRole('heading', { name: 'Roll' }) }).locator('.legend-entry:visible').allTextContents();
+  return entries.filter((entry) => !entry.startsWith('before'));
+};
 /** The printed errors of a variant: roll, pitch, yaw. */
 const rmse = (page, variant) => page.locator(`.variant-menu [data-variant="${variant}"] td.number`).allTextContents();
 

@@ -142,6 +142,44 @@ test('the sweep shows where over the drive it hurts, can be stopped, and its wor
   await context.close();
 });
 
+test('the sweep over the magnetometer tells how far the yaw goes off, and its worst window can be looked at', async () => {
+  const { page, context, errors } = await enter();
+  const sweep = page.locator('.sweep');
+  await sweep.getByLabel('Sensor to blind').selectOption('mag');
+  await sweep.getByLabel(/Step/).fill('100');
+  await sweep.getByRole('button', { name: 'Sweep' }).click();
+  await sweep.locator('.sweep-result table').waitFor({ timeout: 60_000 });
+  assert.match(await sweep.locator('caption').textContent(), /^Magnet\. blind for 60 s.*yaw/);
+  const cells = await sweep.locator('tbody tr').last().locator('td').allTextContents();
+  for (const cell of cells) assert.match(cell, /^[0-9.]+ °$/);
+  const [median, p95, largest] = cells.map((cell) => Number.parseFloat(cell));
+  assert.ok(median > 0 && median <= p95 && p95 <= largest, cells.join());
+  assert.match(await sweep.locator('.sweep-plot').getAttribute('aria-label'), /^Yaw gone off after 60 s blind, in °/);
+  await sweep.getByRole('button', { name: /Blind the worst window/ }).click();
+  await drifts(page, 1);
+  assert.match((await rows(page))[0], /^Magnet\./);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
+test('the statistics of ranges have their interval, which narrows with the satellites', async () => {
+  const { page, context, errors } = await enter({}, 'drive=urban&room=navigation&gnss_ins.coupling=tight');
+  const measurements = view(page, 'measurements');
+  await page.locator('.overview').focus();
+  for (let i = 0; i < 3; i++) await page.keyboard.press('Shift+ArrowRight');
+  await measurements.locator('.lane-select').first().selectOption('range');
+  const edge = async (label) => {
+    const value = measurements.locator('.legend-entry', { hasText: label }).filter({ visible: true }).locator('.value');
+    await page.waitForFunction((e) => /[0-9]/.test(e.textContent), await value.elementHandle());
+    return Number(await value.textContent());
+  };
+  const [low, high] = [await edge(/^2.5 %/), await edge(/^97.5 %/)];
+  // Chi-square over its degrees: 0.21 to 2.41 for 6 satellites, 0.42 to 1.82 for 15.
+  assert.ok(low > 0.15 && low < 0.45 && high > 1.75 && high < 2.5, `${low} ${high}`);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
 test('a fault is put in, seen in every room, makes results worse, and can be taken out again', async () => {
   const { page, context, errors } = await enter();
   const rmse = async () => Number(/position RMSE (?:[0-9.]+ → )?([0-9.]+)/.exec(await page.locator('.headline').textContent())[1]);

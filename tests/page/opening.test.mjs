@@ -2,7 +2,7 @@
 
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { choose, estimated, open, staged } from './support.mjs';
+import { bendCsv, choose, drop, estimated, open, shows, staged } from './support.mjs';
 
 const stage = staged();
 
@@ -98,4 +98,19 @@ test('an address brings back the parameters that were tuned', async () => {
   assert.equal(await again.page.locator('.param input[type=range]:enabled').first().inputValue(), value);
   assert.equal(await again.page.locator('.param.changed').count(), 1);
   await again.context.close();
+});
+
+test('a log that is dropped while the rest of a drive is being made stays open', async () => {
+  const { page, context, errors } = await open(stage.browser, stage.url);
+  await page.locator('[data-view="1"][data-drawn~="orientation"]').waitFor({ state: 'attached', timeout: 60_000 });
+  await page.locator('.status', { hasText: 'Opening City and hills' }).waitFor({ timeout: 60_000 });
+  await drop(page, [{ name: 'bend.csv', text: bendCsv(10) }]);
+  await shows(page, 'bend.csv');
+  await page.locator('.status[data-state="idle"]').waitFor({ state: 'attached', timeout: 60_000 });
+  await page.waitForTimeout(500);
+  await page.locator('.status[data-state="idle"]').waitFor({ state: 'attached', timeout: 60_000 });
+  await shows(page, 'bend.csv');
+  assert.doesNotMatch(await page.locator('.drive-chooser').textContent(), /City and hills/);
+  assert.deepEqual(errors, []);
+  await context.close();
 });

@@ -60,6 +60,7 @@ fn check(drive: &Drive, limit: f64, mount_deg: f64) {
     assert!(before.consistency.plain < 0.6 && before.consistency.balanced < 0.6, "{:?}", before.consistency);
     assert!(e.warning.as_ref().is_some_and(|w| w.contains("needs calibrating")), "{:?}", e.warning);
     let rms = after.rms.to_degrees();
+    println!("heading against course {rms:.2} deg RMS, raw consistency {:.2}", before.consistency.plain);
     assert!(rms <= limit && after.consistency.plain > 0.99, "{rms:.2} deg {:?}", after.consistency);
     // The mount: the first car's sensor looks backwards, which its accelerometer in the turns says too.
     let mount = wrap_angle(after.mount_yaw - mount_deg.to_radians()).to_degrees();

@@ -61,7 +61,8 @@ fn errors(drive: &Drive, params: &Value, label: &str) -> [f64; 3] {
 ///
 /// A fix is within 3.7 sigma of the truth 999 times in 1000 (two dimensions); 2 m more is what slipping wheels and sideslip, which
 /// the filter does not know, have been seen to pull it off by while its gate holds. Without satellites odometer and constraint lose a
-/// tenth of the way at most: a heading that is 5 deg off after the few metres to a garage. The end is again what fixes are.
+/// twenty-fifth of the way at most: the garage's three turns of a phone's gyro whose scale is 0.6 % off make 7 deg of heading.
+/// The end is again what fixes are.
 #[test]
 fn no_built_in_drive_makes_the_filter_run_away() {
     for drive in drives() {
@@ -84,8 +85,8 @@ fn no_built_in_drive_makes_the_filter_run_away() {
                     "{label}: rms {rms:.2} m, largest {largest:.2}, last {last:.2}; receiver {sigma:.2}, blind {blind:.0}"
                 );
                 let limit = 3.7 * sigma + 2.0;
-                assert!(largest < limit + 0.1 * blind, "{label}: {largest} m against {sigma} and {blind} m");
-                assert!(last < limit && rms < limit + 0.05 * blind, "{label}: {rms} {last} m against {sigma} m");
+                assert!(largest < limit + 0.04 * blind, "{label}: {largest} m against {sigma} and {blind} m");
+                assert!(last < limit && rms < limit + 0.02 * blind, "{label}: {rms} {last} m against {sigma} m");
             }
         }
     }

@@ -13,22 +13,13 @@ fn the_motorway_drive_gives_the_road_grade_from_wheels_and_accelerometer_alone()
     let Some(path) = shared(RAV4) else { return };
     let drive = open(&path);
     let run = run_by_name("slope", &drive, &json!({"use_baro": false, "use_gnss": false}), None).unwrap();
-    let whole = score(run.series(), &drive, None);
-    let grade = whole.metrics.iter().find(|m| m.column == "grade").unwrap();
-    assert!(grade.correlation >= 0.94, "every row: correlation {:.4}", grade.correlation);
-    assert!(grade.rmse_centred.to_degrees() <= 0.65, "every row: {:.3} deg", grade.rmse_centred.to_degrees());
-    // Not over every row, nor without the first second, which SPEC slope 8 leaves out of its cases: the filter starts at grade
-    // 0, the phone leans 4 deg on its mount, and the rear axle crosses a bump at 1.4 s. From then on the limits hold, however
-    // much of the start is left out.
-    let (start, end) = drive.span().unwrap();
-    for settled in [2.0, 5.0] {
-        let score = score(run.series(), &drive, Some((start + settled, end)));
-        let grade = score.metrics.iter().find(|m| m.column == "grade").unwrap();
-        let rms = grade.rmse_centred.to_degrees();
-        assert!(grade.correlation >= 0.955, "from {settled} s on: correlation {:.4}", grade.correlation);
-        assert!(rms <= 0.58, "from {settled} s on: {rms:.3} deg once the mount offset is removed");
-        println!("from {settled} s on: correlation {:.4}, {rms:.3} deg", grade.correlation);
-    }
+    // The limits, over every row from the first on. Without the check for shakes 0.947 and 0.64 deg: the rear axle
+    // crosses a bump at 1.4 s, and its wheels swing by 0.3 m/s.
+    let grade = score(run.series(), &drive, None).metrics.into_iter().find(|m| m.column == "grade").unwrap();
+    let rms = grade.rmse_centred.to_degrees();
+    println!("every row: correlation {:.4}, {rms:.3} deg once the mount offset is removed", grade.correlation);
+    assert!(grade.correlation >= 0.955, "correlation {:.4}", grade.correlation);
+    assert!(rms <= 0.58, "{rms:.3} deg once the mount offset is removed");
 }
 
 #[test]

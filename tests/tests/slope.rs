@@ -211,3 +211,27 @@ fn a_look_back_over_late_wheels_holds_the_sensor_back_in_both_directions_of_time
         assert!(both < ahead, "{case}: {both} looked back, {ahead} looking ahead only");
     }
 }
+
+#[test]
+fn trusting_the_wheels_less_on_bumps_costs_no_drive_its_grade() {
+    // The table of docs/slope.md; run with --nocapture to see it.
+    let mut worse = Vec::new();
+    for drive in drivescope_simulation::drives().iter().filter(|d| d.duration_hint < 250.0) {
+        let spec = drivescope_simulation::named(drive.name).unwrap();
+        let made = drivescope_simulation::simulate(&spec, None).unwrap();
+        // The drives of the accelerometer disk have no forward accelerometer, and stationary ones no wheels.
+        if run::<Slope>(&made, &SlopeParams::default(), None).is_err() {
+            continue;
+        }
+        let errors = [true, false].map(|shake_check| {
+            let params = SlopeParams { shake_check, ..SlopeParams::default() };
+            let series = run::<Slope>(&made, &params, None).unwrap().into_series();
+            grade(&series, &made).rmse.to_degrees()
+        });
+        let [grade, plain_grade] = errors;
+        println!("{} | {plain_grade:.3} | {grade:.3}", drive.name);
+        // What is shaken is told by noise as well: a hundredth is nothing that anyone would see.
+        worse.extend((grade > 1.01 * plain_grade).then_some((drive.name, plain_grade, grade)));
+    }
+    assert!(worse.is_empty(), "{worse:?}");
+}

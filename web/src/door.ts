@@ -2,9 +2,9 @@
 
 import type { CompassDoor } from './compass/door';
 import type { NavigationDoor } from './navigation/door';
-import type { Disk } from './motion/disk-file';
 import type { MotionDoor } from './motion/door';
 import type { RoadDoor } from './road/door';
+import type { Mapping } from './wizard/door';
 
 export type ParamValue = number | boolean | string | null;
 
@@ -89,7 +89,7 @@ export interface OpenReport {
   notes: string[];
   warnings: OpenWarning[];
   /** What the log was read with, for saving. */
-  mapping: { disk?: Disk } | null;
+  mapping: Mapping | null;
 }
 
 /** Something that was passed over or looks wrong. */

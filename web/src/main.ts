@@ -36,6 +36,8 @@ import { modeView } from './views/mode';
 import { slopeView } from './views/slope';
 import { TrajectoryView } from './views/trajectory';
 import { Transport } from './views/transport';
+import type { ColumnsDialog } from './wizard/columns';
+import type { Watch } from './wizard/watch';
 import type { OpenRequest } from './worker/rpc';
 
 /** Seconds of a long drive that are simulated before they are estimated and shown; the rest follows. */
@@ -57,7 +59,9 @@ const trajectory = new TrajectoryView(store, session);
 trajectory.onOutages = (outages) => mode.setOutages(outages);
 const transport = new Transport(store, session);
 const tune = new TunePanel(store, session, history);
-const report = new ReportPanel(store);
+/** What is said beside a log of how its columns were read, and what opens their table. */
+const beside = { notice: h('div.columns-notice', { role: 'status', hidden: true }), button: h('button', { type: 'button', hidden: true }) };
+const report = new ReportPanel(store, beside);
 const help = helpDialog(store);
 const drives = new DriveDialog(store, session, (name, seed) => void openBuiltIn(name, seed));
 const side = sidePanel();
@@ -128,6 +132,33 @@ async function showLoops(): Promise<void> {
     (await loops).show();
   } catch (reason) {
     loops = null;
+    tell(reason);
+  }
+}
+
+let watch: Promise<Watch> | null = null;
+
+/** What watches over the columns of logs is loaded with the first one; without it a log opens all the same. */
+function watched(): Promise<Watch> {
+  watch ??= import('./wizard/watch').then(({ Watch }) => new Watch(store, session, beside, () => void showColumns().catch(tell)));
+  watch.catch(() => (watch = null));
+  return watch;
+}
+store.report.on((now) => now?.import?.mapping && void watched().catch(() => undefined));
+
+let columns: Promise<ColumnsDialog> | null = null;
+
+/** The table of columns is loaded when it is opened first. */
+async function showColumns(): Promise<void> {
+  columns ??= Promise.all([import('./wizard/columns'), watched()]).then(([{ ColumnsDialog }, watch]) => {
+    const made = new ColumnsDialog(store, watch);
+    document.querySelector('.page')?.append(made.element);
+    return made;
+  });
+  try {
+    (await columns).show();
+  } catch (reason) {
+    columns = null;
     tell(reason);
   }
 }

@@ -24,6 +24,8 @@ export class Session {
   #opening: Pending<DriveReport> | null = null;
   /** Opens the rest of a drive of which only the beginning is there. */
   #rest: (() => Promise<void>) | null = null;
+  /** What was the rest before the opening under way; it is that again if that fails. */
+  #restBefore: (() => Promise<void>) | null = null;
 
   constructor(store: Store, worker: Worker) {
     this.#store = store;
@@ -43,9 +45,10 @@ export class Session {
   /** Open a drive and estimate it; what is open stays until that has succeeded. True if it has. */
   async open(request: OpenRequest, label: string): Promise<boolean> {
     const store = this.#store;
+    const rest = this.#rest ?? (this.#opening ? this.#restBefore : null);
     this.#opening?.cancel();
-    const rest = this.#rest;
     this.#rest = null;
+    this.#restBefore = rest;
     const pending = this.rpc.start('open', request, (progress) => {
       if (this.#opening === pending) store.work.value = { label, progress, cancel: pending.cancel };
     });
@@ -58,6 +61,7 @@ export class Session {
       for (const runner of this.#runners.values()) runner.tuned = null;
       const isBuiltIn = request.kind === 'simulation' && request.composed === null;
       store.builtIn.value = isBuiltIn ? { name: request.name, seed: request.seed } : null;
+      store.opened.value = request;
       store.openDrive(report);
       if (report.is_partial && request.kind === 'simulation') {
         const whole = { ...request, first: null };
@@ -67,8 +71,11 @@ export class Session {
       }
       return true;
     } catch (reason) {
-      this.#rest = rest;
-      this.#store.isRestHeld.value = true;
+      // An opening that another one has overtaken leaves everything to that.
+      if (this.#opening === pending) {
+        this.#rest = rest;
+        this.#store.isRestHeld.value = true;
+      }
       if (reason instanceof TooLarge && request.kind === 'files') store.offer.value = { ...reason.offer, request, label };
       if (reason instanceof Unloaded) store.error.value = t.files.unloaded(label);
       else if (!(reason instanceof Cancelled)) store.error.value = reason instanceof Error ? reason.message : String(reason);

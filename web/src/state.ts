@@ -68,6 +68,8 @@ export class Store {
   readonly offer = new Signal<(Offer & { request: Extract<OpenRequest, { kind: 'files' }>; label: string }) | null>(null);
   /** Whether the rest of a drive waits to be asked for, because someone stopped it or opening another has failed. */
   readonly isRestHeld = new Signal(false);
+  /** What the open drive was opened with. */
+  readonly opened = new Signal<OpenRequest | null>(null);
   readonly builtIn = new Signal<{ name: string; seed: number | null } | null>(null);
 
   readonly span = new Signal<Span>({ t0: 0, t1: 1 });

@@ -25,11 +25,12 @@ test('the decision that holds is the last one at or before the instant', () => {
 });
 
 test('a decision names the statistics that its rule compares, without the sign of a left turn', () => {
-  const [launch, corner, wheels] = decisions(row(5, 0, 1, RULES.force), row(9, 1, 2, RULES.cornerBegins), row(12, 1, 0, RULES.wheelsStand));
+  const [launch, corner, wheels, settled] = decisions(row(5, 0, 1, RULES.force), row(9, 1, 2, RULES.cornerBegins), row(12, 1, 0, RULES.wheelsStand), row(15, 1, 0, RULES.settled));
   expect(figures(launch as Decision, SI)).toBe('FD 0.310 > 0.160 m/s²');
   expect(figures(corner as Decision, SI)).toBe('|YD| 0.0600 > 0.0500 rad/s');
   expect(figures(corner as Decision, DEFAULT_DISPLAY)).toBe('|YD| 3.44 > 2.86 °/s');
   expect(figures(wheels as Decision, SI)).toBe('');
+  expect(figures(settled as Decision, SI)).toMatch(/^JD 0\.0200 ≤ 0\.0750 m\/s², FD 0\.310/);
 });
 
 test('the sentence says since when, why, and what would end it', () => {
@@ -37,11 +38,12 @@ test('the sentence says since when, why, and what would end it', () => {
   const label = (time: number): string => `${time} s`;
   const standing = explain(rest as Decision, moment(7), SETTINGS, SI, label).join(' ');
   expect(standing).toMatch(/^Stationary since 5 s \(2\.0 s\): .*tables 1 and 2\): JD 0\.0200 ≤ 0\.0750 m\/s², TD 0\.00300 ≤/);
-  expect(standing).toMatch(/Rest ends when FD exceeds 0\.160 m\/s², or JD and TD both stay above theirs for 0\.30 s\.$/);
+  expect(standing).toMatch(/Rest ends when FD exceeds 0\.160 m\/s², or JD and TD both stay above theirs for 0\.30 s, or the car gains speed or turns\.$/);
   const driving = (m: Moment): string => explain(straight as Decision, m, SETTINGS, SI, label).join(' ');
   expect(driving(moment(10, 0, 0.2))).toMatch(/A corner begins when \|YD\| exceeds 0\.0500 rad\/s\. .*JD is above now\.$/);
   expect(driving(moment(10))).toMatch(/none is above now\.$/);
   expect(driving(moment(10, RULES.wheelsTurn))).toMatch(/the speed says that the car moves: no rest\.$/);
+  expect(driving(moment(10, RULES.speedGained))).toMatch(/Everything is quiet, but the forward force has gained speed since the last rest: no rest\.$/);
   expect(explain(null, moment(0), SETTINGS, SI, label)).toEqual(['Nothing has been decided yet.']);
 });
 

@@ -1,8 +1,9 @@
 import { expect, test } from 'vitest';
 import type { Door, DriveHead, DrivePart, Progress } from '../src/door';
 import { Making } from '../src/worker/making';
-import { FileReaders, type ReaderDoor } from '../src/worker/readers';
+import { FileReaders, type ReaderDoor, type Thinned } from '../src/worker/readers';
 import { type Role, Shelf } from '../src/worker/shelf';
+import type { Examined } from '../src/wizard/door';
 
 const HEAD = ['a.csv', undefined, undefined, undefined, {}] as unknown as DriveHead;
 const PART = (name: string): DrivePart => [name, ['x'], new Float64Array(1), [new Float64Array(1)]];
@@ -16,6 +17,8 @@ function staged(parts: DrivePart[], breaks = false): { said: string[]; readers: 
   let pieces = 2;
   const reader: ReaderDoor = {
     begin: (files) => said.push(`read ${files.map((f) => f.name).join()}`),
+    begin_examination: (files) => said.push(`examine ${files.map((f) => f.name).join()}`),
+    examination: () => [{ columns: [] }, [], [], [0, [], []]] as unknown as [...Examined, Thinned],
     read_some: (): Progress => {
       if (breaks) throw new WebAssembly.RuntimeError('unreachable');
       return { done: --pieces === 0, fraction: 0.5, stage: 'reading', rows: 7 };
@@ -31,7 +34,7 @@ function staged(parts: DrivePart[], breaks = false): { said: string[]; readers: 
     end_parts: () => said.push('open'),
     cancel_parts: () => said.push('parts cancelled'),
   };
-  const readers = new FileReaders({ role, reader: () => reader, reset: () => said.push('memory given back') }, new Shelf((f) => f), 1e9);
+  const readers = new FileReaders({ role, reader: () => reader, tryMapping: () => [[], []], reset: () => said.push('memory given back') }, new Shelf((f) => f), 1e9);
   return { said, readers, making: new Making(readers, (budget) => readers.read_some(budget), door as unknown as Door) };
 }
 
@@ -43,6 +46,22 @@ test('memory is given back before the core puts the drive in place, and when rea
   readers.begin([file('b.csv')], undefined);
   making.cancel();
   expect(said.slice(-3)).toEqual(['read b.csv', 'memory given back', 'parts cancelled']);
+});
+
+test('an examination reads the files once more, hands over what was found and gives the memory back', () => {
+  const { said, readers } = staged([]);
+  readers.beginExamination([file('a.csv')], undefined);
+  while (!readers.read_some(30).done);
+  expect(readers.examination()).toHaveLength(4);
+  expect(said).toEqual(['examine a.csv', 'memory given back']);
+  expect(() => readers.examination()).toThrow('nothing is being read');
+});
+
+test('a database alone is read with the bus log before it, by the mapping that was asked for', () => {
+  const shelf = new Shelf((f) => f);
+  shelf.take([file('a.blf')], 'before', role);
+  expect(shelf.take([file('a.dbc')], undefined, role).mapping).toBe('before');
+  expect(shelf.take([file('a.dbc')], 'edited', role).mapping).toBe('edited');
 });
 
 test('readers that break are a sentence with the file and no broken core', () => {

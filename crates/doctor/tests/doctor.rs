@@ -61,6 +61,30 @@ fn a_magnetometer_is_examined_as_it_was_read_and_as_it_is_once_something_is_appl
     assert!(columns.len() == 5 && columns.iter().all(|n| *n == columns[0] && *n > 1000), "{columns:?}");
 }
 
+/// Catches poses in another order than they are read in, and a calibration whose numbers are not those of its disk.
+#[wasm_bindgen_test]
+fn a_leaning_disk_is_calibrated_from_four_poses() {
+    let g = 9.80665;
+    let axis = |i: usize| [0.01 * i as f64, if i < 3 { 1.0 } else { 0.02 }, if i < 3 { -0.01 } else { 0.99 }];
+    let bias = |i: usize| 0.05 - 0.02 * i as f64;
+    let poses = [[0.0, 0.0, -g], [-g, 0.0, 0.0], [0.0, g, 0.0], [0.0, 0.0, g]];
+    let mean = |f: [f64; 3], i: usize| axis(i).iter().zip(f).map(|(u, f)| u * f).sum::<f64>() + bias(i);
+    let flat: Vec<f64> =
+        poses.iter().flat_map(|f| f.iter().copied().chain((0..6).map(|i| mean(*f, i))).collect::<Vec<_>>()).collect();
+    let found = Doctor::new().disk_calibrate(&flat).map_err(text).unwrap().unchecked_into::<Array>();
+    let numbers: Vec<f64> = found.get(1).unchecked_into::<Array>().iter().map(|v| v.as_f64().unwrap()).collect();
+    assert_eq!(numbers.len(), 42);
+    for i in 0..6 {
+        let wanted = [axis(i).as_slice(), &[bias(i)]].concat();
+        let same = numbers[7 * i + 3..7 * i + 7].iter().zip(&wanted).all(|(a, b)| (a - b).abs() < 1e-12);
+        assert!(same, "sensor {i}: {:?}, wanted {wanted:?}", &numbers[7 * i + 3..7 * i + 7]);
+    }
+    assert!(get(&found.get(0), "residual").is_null(), "four poses leave nothing to check");
+    assert!(found.get(2).unchecked_into::<Array>().length() >= 3, "what cannot be known is said");
+    let error = Doctor::new().disk_calibrate(&flat[..27]).map_err(text).unwrap_err();
+    assert!(error.contains("pose"), "{error}");
+}
+
 #[wasm_bindgen_test]
 fn a_drive_without_the_sensor_has_no_diagnosis_and_a_disk_has_its_rests() {
     let mut doctor = with("u_drive_disk");

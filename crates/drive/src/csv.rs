@@ -12,6 +12,8 @@ use crate::satellites::{RAW_COLUMNS, RawGnss};
 pub const REAR_AXLE: &str = "rear_axle_x";
 /// Name of the comment `# vehicle = {..}`: parameters of the car as JSON.
 pub const VEHICLE: &str = "vehicle";
+/// Name of the comment `# disk = 0.1, 0, ..`: the 42 numbers of the disk as calibrated, as [`crate::disk::Disk::numbers`].
+pub const DISK: &str = "disk";
 
 /// Unit of a canonical column in a file: SI, but degrees for latitude and longitude.
 pub fn file_unit(name: &str, unit: &'static str) -> &'static str {
@@ -113,7 +115,7 @@ pub fn write_series(series: &Series, out: &mut impl Write) -> io::Result<()> {
 /// Write a drive: one row per instant, canonical names, truth columns with their prefix; a column without any value is
 /// left out and a sensor without a sample in a row has empty cells. Beside a column of degrees, one with [`REST`] holds
 /// what is missing to the stored angle, where anything is: a drive reads back bit for bit. What the drive says of its car goes before as
-/// comments, [`REAR_AXLE`] and [`VEHICLE`]; raw ranges are a table of their own, [`write_raw_gnss`].
+/// comments, [`REAR_AXLE`], [`VEHICLE`] and [`DISK`]; raw ranges are a table of their own, [`write_raw_gnss`].
 ///
 /// # Errors
 /// Those of the writer.
@@ -126,6 +128,12 @@ pub fn write_drive(drive: &Drive, out: &mut impl Write) -> io::Result<()> {
     }
     if let Some(vehicle) = &drive.vehicle {
         writeln!(out, "# {VEHICLE} = {}", json::flat(&vehicle.to_json()))?;
+    }
+    if let Some(disk) = &drive.disk {
+        for (k, number) in disk.numbers().iter().enumerate() {
+            if k == 0 { write!(out, "# {DISK} = {number}")? } else { write!(out, ", {number}")? }
+        }
+        writeln!(out)?;
     }
     write!(out, "t")?;
     for (_, columns) in &parts {

@@ -20,9 +20,11 @@ const STEP: f64 = 0.01;
 const HALF_WINDOW: usize = 12;
 /// Half the window that smooths everything alike, in steps: noise in the slip's signals would hide it.
 const HALF_SMOOTH: usize = 8;
+/// Every so many steps make a row: neighbours share nearly all of a window.
+const STRIDE: usize = 4;
 /// Rows that share one window: so many neighbours count as one.
-const SHARED_ROWS: f64 = (2 * (HALF_WINDOW + HALF_SMOOTH)) as f64;
-/// Delays are tried in steps of so many rows first.
+const SHARED_ROWS: f64 = (2 * (HALF_WINDOW + HALF_SMOOTH) / STRIDE) as f64;
+/// Delays are tried in steps of so many first.
 const COARSE: usize = 4;
 /// Half the window whose mean is taken off, in steps.
 const HALF_SLOW: usize = 200;
@@ -132,7 +134,7 @@ fn fit(wheel: &[f64], signals: &[Vec<f64>; 3], shift: isize) -> Fit {
     let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
     let rows = wheel.len() - w0.max(s0);
     let [a, b, c] = signals.each_ref().map(|s| &s[s0..s0 + rows]);
-    for k in 0..rows {
+    for k in (0..rows).step_by(STRIDE) {
         let (y, row) = (wheel[w0 + k], Vector3::new(a[k], b[k], c[k]));
         if (y + row.sum()).is_nan() {
             continue;

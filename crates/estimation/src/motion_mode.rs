@@ -8,12 +8,14 @@
 //! thresholds (with one, table 3 has no memory) and counts with both signs; rest also ends after sustained activity (the
 //! paper leaves it by FD only and can miss a creeping launch for good); thresholds may follow the noise floor at rest; rest
 //! needs full windows, so that a log that starts in motion or has a hole does not begin with a stop; turning wheels
-//! contradict rest, and four that stand end motion before the windows have settled.
+//! contradict rest, and four that stand end motion before the windows have settled; so does a body that has settled but for
+//! what the window of sway remembers; speed gained since the last rest, and a turn, contradict rest.
 //! Not known: which way the car moves, and what moves it: a parked car with a loud engine may look like a moving one.
 
 pub mod decisions;
 mod detector;
 mod disk;
+mod gain;
 mod rules;
 mod windows;
 
@@ -52,7 +54,8 @@ params! {
         escape_time ("escape_s"): number = 0.3, "s", 0.0 ..= 2.0 Linear, from "spec/motion section 1";
         /// Time at the beginning, at rest, over which gyro biases and noise floor are learned; 0 learns nothing.
         learning_time ("bias_s"): number = 3.0, "s", 0.0 ..= 10.0 Linear, from "spec/motion section 1";
-        /// Whether the three activity thresholds follow the noise floor at rest; the fixed ones then hold until it is known.
+        /// Whether the three activity thresholds follow the noise floor at rest; the fixed ones then hold until it is known. Off,
+        /// the rules are the specification's alone: a settled body, speed gained and a turn then say nothing about rest.
         adaptive (""): toggle = true, from "spec/motion section 1, recommended there";
         /// Adaptive thresholds of jerk and tilt rate, as multiples of the noise floor.
         threshold_factor ("ad_k"): number = 1.5, "1", 1.1 ..= 3.0 Linear, from "spec/motion section 1";
@@ -60,6 +63,12 @@ params! {
         launch_threshold_factor ("ad_kfd"): number = 4.0, "1", 1.5 ..= 8.0 Linear, from "spec/motion section 1";
         /// Time in which the noise floor follows the statistics at rest.
         floor_time ("ad_tau"): number = 20.0, "s", 2.0 ..= 120.0 Log, from "spec/motion section 1";
+        /// Whether rest is also told by a body that has settled: force and jerk quiet for another launch window, and hardly any
+        /// sway in the later half of its window. Only while thresholds are adaptive.
+        settling (""): toggle = true, from "after a stop a body rocks on its springs, and the window of sway remembers it";
+        /// Speed gained since a rest, by the forward force, above which the car does not stand once it has been so for the escape
+        /// time; 0 leaves it out. Only while thresholds are adaptive.
+        launch_speed (""): number = 0.25, "m/s", 0.0 ..= 5.0 Linear, from "as of four wheels; five times what noise reaches at rest";
         /// Whether turning wheels contradict rest and four standing ones end motion; in a log without wheel speeds, satellites
         /// (1 m/s) contradict rest.
         use_speed (""): toggle = true, from "a smooth road at constant speed looks like rest to an inertial sensor";
@@ -82,7 +91,8 @@ record! {
         /// Motion mode: 0 stationary, 1 straight, 2 cornering.
         mode: "1", truth "mode";
         /// Rule that fired: 0 none, 1 launch by force, 2 launch by activity, 3 stop, 4 corner begins, 5 corner ends,
-        /// 6 wheels turn, 7 held while learning, 8 held until the windows are full, 9 wheels stand.
+        /// 6 wheels turn, 7 held while learning, 8 held until the windows are full, 9 wheels stand, 10 settled, 11 speed
+        /// gained, 12 the car turns.
         rule: "1";
         /// Threshold of `jd`.
         jd_threshold: "m/s^2";

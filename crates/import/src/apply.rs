@@ -1,7 +1,8 @@
 //! From a table and a mapping to a drive.
 
 use drivescope_drive::channel::{Channel, OutOfOrder, Record, Series};
-use drivescope_drive::csv::{REAR_AXLE, VEHICLE, file_unit};
+use drivescope_drive::csv::{DISK, REAR_AXLE, VEHICLE, file_unit};
+use drivescope_drive::disk::Disk;
 use drivescope_drive::drive::Drive;
 use drivescope_drive::param::Params;
 use drivescope_drive::vehicle::VehicleParams;
@@ -109,7 +110,7 @@ pub fn apply(mut table: Table, mapping: &Mapping, name: &str) -> Result<(Drive, 
     Ok((drive, report))
 }
 
-/// The car and its rear axle, where comments at the head of the file state them as our own writer does.
+/// The car, its rear axle and its disk, unless the mapping has one, where comments at the head of the file state them as our own writer does.
 fn take_stated(table: &Table, drive: &mut Drive, report: &mut MapReport) {
     let stated = |name: &str| table.stated.iter().find(|(n, _)| n == name).map(|(_, value)| value.as_str());
     if let Some(text) = stated(REAR_AXLE) {
@@ -123,6 +124,13 @@ fn take_stated(table: &Table, drive: &mut Drive, report: &mut MapReport) {
         match read.and_then(|json| VehicleParams::from_json(&json).map_err(|e| e.to_string())) {
             Ok(vehicle) => drive.vehicle = Some(vehicle),
             Err(cause) => report.warn(format!("comment `{VEHICLE}`: {cause}; left out."), None, None, 1),
+        }
+    }
+    if let Some(text) = stated(DISK).filter(|_| drive.disk.is_none()) {
+        let numbers: Vec<f64> = text.split(',').map_while(|number| number.trim().parse().ok()).collect();
+        drive.disk = Disk::from_numbers(&numbers);
+        if drive.disk.is_none() {
+            report.warn(format!("comment `{DISK}`: expected 42 numbers; left out."), None, None, 1);
         }
     }
 }

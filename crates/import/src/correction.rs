@@ -9,7 +9,7 @@ use crate::mapping::{Mapping, Mount, SignalSource};
 /// Changes of a mapping that go together.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Correction {
+pub struct Amendment {
     /// Where signals come from instead, by canonical name.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub signals: BTreeMap<String, SignalSource>,
@@ -24,7 +24,7 @@ pub struct Correction {
     pub delays: BTreeMap<String, f64>,
 }
 
-impl Correction {
+impl Amendment {
     /// One signal from another source.
     pub fn of(signal: &str, source: SignalSource) -> Self {
         let mut out = Self::default();
@@ -50,16 +50,16 @@ impl Mapping {
     /// Take a correction over: its signals, mounts and delays replace those of the same name.
     ///
     /// ```
-    /// use drivescope_import::{Correction, Mapping, SignalSource};
+    /// use drivescope_import::{Amendment, Mapping, SignalSource};
     /// let text = r#"{"version": 1, "time": {"column": "t"}, "signals": {"gyro_z": {"column": "r"}}}"#;
     /// let mut mapping = Mapping::from_json(text, "m.json")?;
     /// let source = SignalSource { scale: -1.0, ..SignalSource::plain("r") };
-    /// mapping.correct(&Correction::of("gyro_z", source));
+    /// mapping.correct(&Amendment::of("gyro_z", source));
     /// assert_eq!(mapping.signals["gyro_z"].scale, -1.0);
     /// # Ok::<(), drivescope_import::ImportError>(())
     /// ```
-    pub fn correct(&mut self, correction: &Correction) {
-        let Correction { signals, remove, mounts, delays } = correction.clone();
+    pub fn correct(&mut self, correction: &Amendment) {
+        let Amendment { signals, remove, mounts, delays } = correction.clone();
         self.signals.retain(|name, _| !remove.contains(name));
         self.signals.extend(signals);
         self.mounts.extend(mounts);

@@ -54,10 +54,13 @@ mod table;
 mod units;
 
 pub use apply::{ChannelReport, MapReport, UsedColumn, apply};
-pub use correction::Correction;
+pub use correction::Amendment;
 pub use csv::{CsvReader, read_csv};
 pub use error::{ImportError, MAX_ROW_BYTES, MAX_TABLE_COLUMNS};
-pub use examine::{ColumnView, DelayFound, Evidence, Examination, Finding, MountFound, Weight, examine};
+pub use examine::{
+    Choice, Clash, ColumnView, Correction, DelayFound, Evidence, Examination, Finding, MountFound, TRIAL_SERIES,
+    Thinned, Trial, Weight, choices, examine, try_out,
+};
 pub use formats::{FORMATS, Format};
 pub use keep::{Keep, Offer};
 pub use mapping::{MAPPING_VERSION, Mapping, Mount, Origin, SignalSource, TimeFraction, TimeSource};
@@ -65,7 +68,9 @@ pub use names::signal;
 pub use opening::{Log, Opening, Progress};
 pub use propose::{Confidence, Entry, Proposal, Unused, propose};
 pub use raw_gnss::{is_raw_gnss, raw_gnss};
-pub use report::{Missing, OpenReport, UsedSignal, examine_log, open_csv, open_log, open_raw, open_table};
+pub use report::{
+    Missing, OpenReport, UsedSignal, examine_drawn, examine_log, open_csv, open_log, open_raw, open_table,
+};
 pub use source::{ByteSource, IoSource, MemorySource, ReadError, SeekSource, Source};
 pub use table::{Layout, Meaning, RawColumn, Table, TextColumn, TimeEpoch, Warning};
 pub use units::factor;

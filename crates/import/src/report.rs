@@ -7,7 +7,7 @@ use crate::apply::{ChannelReport, MapReport, apply};
 use crate::clock::epoch_text;
 use crate::csv::read_csv;
 use crate::error::ImportError;
-use crate::examine::{Examination, Finding, Weight, examine, heaviest_first, odd_columns};
+use crate::examine::{Examination, Finding, Thinned, Weight, examine, heaviest_first, odd_columns, sketch};
 use crate::mapping::{Mapping, TimeSource};
 use crate::merge::{Merged, merge};
 use crate::names::signal;
@@ -191,6 +191,22 @@ pub fn examine_log(log: Log) -> Result<Examination, ImportError> {
     found.findings.extend(odd);
     heaviest_first(&mut found.findings);
     Ok(found)
+}
+
+/// The same as [`examine_log`], with a small picture of every column of numbers in the order of
+/// [`Examination::columns`] (the least and the largest value of each of `buckets` equal parts of its rows, in turn, not a
+/// number where a part has none), and the columns thinned for trying mappings on them.
+///
+/// # Errors
+/// Those of [`examine_log`].
+pub fn examine_drawn(log: Log, buckets: usize) -> Result<(Examination, Vec<Vec<f64>>, Thinned), ImportError> {
+    let odd = odd_columns(&log.tables);
+    let table = merge(log)?.table;
+    let mut found = examine(&table)?;
+    found.findings.extend(odd);
+    heaviest_first(&mut found.findings);
+    let thin = Thinned::new(&table, &found.mapping.time)?;
+    Ok((found, table.columns.iter().map(|c| sketch(&c.values, buckets)).collect(), thin))
 }
 
 /// The reasons of a mapping that a person gave.

@@ -7,5 +7,7 @@
 
 mod dropped;
 mod reader;
+mod trial;
 
 pub use reader::{Reader, role};
+pub use trial::try_mapping;

@@ -1,12 +1,15 @@
 //! The calls of JavaScript.
 
 use drivescope_door::{Handover, Progress, plain, sentence};
-use drivescope_import::{Format, ImportError, Keep, Mapping, Offer, Opening, Source, open_log};
-use js_sys::{Array, Date};
+use drivescope_import::{Format, ImportError, Keep, Mapping, Offer, Opening, Source, choices, examine_drawn, open_log};
+use js_sys::{Array, Date, Float64Array};
 use wasm_bindgen::prelude::*;
 use web_sys::File;
 
 use crate::dropped::Dropped;
+
+/// Parts of a column's small picture.
+const PICTURE: usize = 80;
 
 /// What a dropped file is to the others: `database` says what the frames of a bus log mean, `bus` may be or hold a bus
 /// log, `log` needs none.
@@ -28,6 +31,7 @@ pub fn role(file: File) -> Result<String, JsError> {
 pub struct Reader {
     reading: Option<Reading>,
     read: Option<Handover>,
+    examined: Option<Array>,
     offer: Option<Offer>,
 }
 
@@ -35,6 +39,8 @@ pub struct Reader {
 struct Reading {
     opening: Opening,
     mapping: Option<Mapping>,
+    /// It ends in an examination, not in a drive.
+    is_examination: bool,
     /// Nothing is left to read.
     is_read: bool,
 }
@@ -57,7 +63,16 @@ impl Reader {
         if let Some(keep) = keep {
             opening.keep(serde_json::from_str::<Keep>(&keep).map_err(sentence)?);
         }
-        self.reading = Some(Reading { opening, mapping, is_read: false });
+        self.reading = Some(Reading { opening, mapping, is_examination: false, is_read: false });
+        Ok(())
+    }
+
+    /// Start reading dropped files in order to examine them by physics: [`Reader::examination`] instead of a drive.
+    pub fn begin_examination(&mut self, files: Vec<File>, keep: Option<String>) -> Result<(), JsError> {
+        self.begin(files, None, keep)?;
+        if let Some(reading) = &mut self.reading {
+            reading.is_examination = true;
+        }
         Ok(())
     }
 
@@ -75,6 +90,13 @@ impl Reader {
             }
         }
         let log = reading.opening.finish().map_err(sentence)?;
+        if reading.is_examination {
+            let (found, pictures, thin) = examine_drawn(log, PICTURE).map_err(sentence)?;
+            let pictures: Array = pictures.iter().map(|p| Float64Array::from(p.as_slice())).collect();
+            self.examined =
+                Some(Array::of4(&plain(&found)?, &pictures, &plain(&choices())?, &crate::trial::handed(&thin)));
+            return plain(&Progress { done: true, fraction: 1.0, stage: "mapping", rows: 0 });
+        }
         let (drive, report) = open_log(log, reading.mapping.as_ref()).map_err(sentence)?;
         self.read = Some(Handover::new(drive, plain(&report)?));
         plain(&Progress { done: true, fraction: 1.0, stage: "mapping", rows: report.rows })
@@ -85,6 +107,13 @@ impl Reader {
     pub fn head(&self) -> Result<Array, JsError> {
         let read = self.read.as_ref().ok_or_else(|| JsError::new("nothing was read"))?;
         Ok(read.head())
+    }
+
+    /// What was examined: what was found ([`drivescope_import::Examination`]), and of each of its columns a small picture,
+    /// the least and the largest value of equal parts in turn; then what a column can be read as
+    /// ([`drivescope_import::choices`]), and the columns thinned for [`crate::try_mapping`]; undefined before. What was taken is no longer held here.
+    pub fn examination(&mut self) -> Option<Array> {
+        self.examined.take()
     }
 
     /// The next part: its name, the names of its columns, its times (s), its columns (an empty one has no value);
@@ -104,7 +133,7 @@ impl Reader {
 
     /// Give up what is being read or was read.
     pub fn cancel(&mut self) {
-        (self.reading, self.read, self.offer) = (None, None, None);
+        (self.reading, self.read, self.examined, self.offer) = (None, None, None, None);
     }
 }
 

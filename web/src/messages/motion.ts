@@ -12,6 +12,9 @@ const rules = [
   'learning',
   'windows fill',
   'wheels stand',
+  'settled',
+  'speed gained',
+  'turning',
 ] as const;
 
 /** What each rule means, in words. */
@@ -26,6 +29,9 @@ const because = [
   'gyro biases and noise floor are learned, the car being taken to stand',
   'the windows are not full yet',
   'all four wheels have stood still for a while, whatever still rocks',
+  'force and jerk have been quiet for a launch window more, and so has the sway of late',
+  'the forward force has gained speed since the last rest',
+  'the mean yaw rate says that the car turns',
 ] as const;
 
 export const motion = {
@@ -37,14 +43,14 @@ export const motion = {
     since: (mode: string, from: string, seconds: string, why: string) => `${mode} since ${from} (${seconds} s): ${why}`,
     start: (mode: string, seconds: string) => `${mode} from the start (${seconds} s)`,
     figures: (text: string) => `: ${text}.`,
-    rest: (fd: string, seconds: string) => `Rest ends when FD exceeds ${fd}, or JD and TD both stay above theirs${seconds === '' ? '' : ` for ${seconds} s`}.`,
+    rest: (fd: string, seconds: string) => `Rest ends when FD exceeds ${fd}, or JD and TD both stay above theirs${seconds === '' ? '' : ` for ${seconds} s`}, or the car gains speed or turns.`,
     restPaper: (fd: string) => `Rest ends when FD exceeds ${fd}.`,
     moving: (held: string) => `Rest needs JD, TD and FD all at or below theirs; ${held}.`,
     above: (names: string) => `${names} ${names.includes(' ') ? 'are' : 'is'} above now`,
     quiet: 'none is above now',
     straight: (on: string) => `A corner begins when |YD| exceeds ${on}.`,
     corner: (off: string) => `The corner ends when |YD| comes down to ${off}.`,
-    vetoed: 'Everything is quiet, but the speed says that the car moves: no rest.',
+    vetoed: (why: string) => `Everything is quiet, but ${why}: no rest.`,
     filling: 'Everything is quiet, but the windows are not full yet: no rest.',
     learning: 'Biases and noise floor are being learned; nothing else is decided meanwhile.',
   },

@@ -10,7 +10,7 @@ export const STATISTICS: readonly Statistic[] = ['jd', 'td', 'fd', 'yd'];
 export const UNITS: Record<Statistic, string> = { jd: 'm/s^2', td: 'rad/s', fd: 'm/s^2', yd: 'rad/s' };
 
 /** Codes of the column `rule`. */
-export const RULES = { keep: 0, force: 1, activity: 2, stop: 3, cornerBegins: 4, cornerEnds: 5, wheelsTurn: 6, learning: 7, filling: 8, wheelsStand: 9 } as const;
+export const RULES = { keep: 0, force: 1, activity: 2, stop: 3, cornerBegins: 4, cornerEnds: 5, wheelsTurn: 6, learning: 7, filling: 8, wheelsStand: 9, settled: 10, speedGained: 11, turns: 12 } as const;
 
 /** A statistic and what it was compared with. */
 export interface Pair {
@@ -59,6 +59,9 @@ export function deciding(rule: number): readonly Statistic[] {
       return ['jd', 'td'];
     case RULES.stop:
       return ['jd', 'td', 'fd'];
+    case RULES.settled:
+      return ['jd', 'fd'];
+    case RULES.turns:
     case RULES.cornerBegins:
     case RULES.cornerEnds:
       return ['yd'];
@@ -131,7 +134,7 @@ function whatNext(mode: number, now: Moment, settings: Settings, display: Displa
     return [settings.escapeTime > 0 ? texts.rest(fd, formatSignificant(settings.escapeTime, 2)) : texts.restPaper(fd)];
   }
   const yaw = mode === 2 ? texts.corner(shown('yd', settings.yawOff, display)) : texts.straight(shown('yd', settings.yawOn, display));
-  if (rule === RULES.wheelsTurn) return [yaw, texts.vetoed];
+  if (rule === RULES.wheelsTurn || rule === RULES.speedGained || rule === RULES.turns) return [yaw, texts.vetoed(t.motion.because[rule] ?? '')];
   if (rule === RULES.filling) return [yaw, texts.filling];
   const above = (['jd', 'td', 'fd'] as const).filter((s) => statistics[s].value > statistics[s].threshold).map((s) => s.toUpperCase());
   return [yaw, texts.moving(above.length > 0 ? texts.above(above.join(' and ')) : texts.quiet)];

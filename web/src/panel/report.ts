@@ -28,9 +28,12 @@ function size(bytes: number): string {
 export class ReportPanel {
   readonly element = h('div.report', { tabindex: '-1' });
   #store: Store;
+  #columns: { notice: HTMLElement; button: HTMLElement };
 
-  constructor(store: Store) {
+  /** `columns` says what should be looked at of how the columns were read, and opens their table. */
+  constructor(store: Store, columns: { notice: HTMLElement; button: HTMLElement }) {
     this.#store = store;
+    this.#columns = columns;
     store.report.on(() => this.#show());
     store.catalogue.on(() => this.#show());
   }
@@ -41,6 +44,7 @@ export class ReportPanel {
     this.element.replaceChildren(
       h('h3', {}, report.name),
       h('p', {}, `${report.kind === 'file' ? t.report.file : this.#drivesDoc(report)} ${t.report.span(formatTime(report.end - report.start), report.channels.length)}`),
+      this.#columns.notice,
       ...this.#fileFacts(report, report.import),
       h('h4', {}, t.report.runs),
       this.#runs(report),
@@ -101,6 +105,7 @@ export class ReportPanel {
     const unused = opened.unused.map((u) => [u.column, h('span', {}, ...prose(u.reason))]);
     return [
       h('h4', {}, t.report.mapped),
+      this.#columns.button,
       table([t.report.column, t.report.how], used, t.report.mapped),
       ...(unused.length > 0 ? [h('h4', {}, t.report.unused), table([t.report.column, t.report.how], unused, t.report.unused)] : []),
       download,

@@ -3,13 +3,19 @@
 import type { DriveHead, DrivePart, Progress } from '../door';
 import { files as say } from '../messages/files';
 import type { Maker } from './making';
+import type { Clash, Examined } from '../wizard/door';
 import { type Keep, type Offer, TooLarge } from './rpc';
 import { inMemory, type Role, Shelf } from './shelf';
+
+/** Columns of a log thinned to tenths of a second: the middle of the first bin (s), names, columns. */
+export type Thinned = [start: number, names: string[], columns: Float64Array[]];
 
 /** The readers as the worker sees them (crates/readers). */
 export interface ReaderDoor extends Maker {
   begin(files: File[], mapping: string | undefined, keep: string): void;
+  begin_examination(files: File[], keep: string): void;
   read_some(budgetMs: number): Progress;
+  examination(): [...Examined, Thinned] | undefined;
   /** What would make the file fit that was refused for its size. */
   offer(): Offer | undefined;
 }
@@ -27,6 +33,7 @@ function memory(): number {
 export interface ReaderModule {
   role(file: File): Role;
   reader(): ReaderDoor;
+  tryMapping(...args: [...Thinned, mapping: string]): [Clash[], Float64Array<ArrayBuffer>[]];
   /** Give the module's memory back, since that of WebAssembly never shrinks. Readers made before are of no use then. */
   reset(): void;
 }
@@ -54,6 +61,30 @@ export class FileReaders implements Maker {
       this.#reader = this.#module.reader();
       this.#reader.begin(taken.files, taken.mapping, JSON.stringify({ ...keep, memory: this.#memory }));
     });
+  }
+
+  /** Read files in order to examine them; `mapping` is remembered as that of a bus log. */
+  beginExamination(files: File[], mapping: string | undefined, keep: Keep = {}): void {
+    this.cancel();
+    this.#names = files.map((f) => f.name).join(', ');
+    this.#guarded(() => {
+      const taken = this.#shelf.take(files, mapping, (file) => this.#module.role(file));
+      this.#reader = this.#module.reader();
+      this.#reader.begin_examination(taken.files, JSON.stringify({ ...keep, memory: this.#memory }));
+    });
+  }
+
+  /** What was examined; the reader's memory is given back. */
+  examination(): [...Examined, Thinned] {
+    const found = this.#guarded(() => this.#there().examination());
+    this.cancel();
+    if (!found) throw new Error('nothing was examined');
+    return found;
+  }
+
+  /** What a mapping makes of a thinned log. */
+  tryOut(thin: Thinned, mapping: string): [Clash[], Float64Array<ArrayBuffer>[]] {
+    return this.#guarded(() => this.#module.tryMapping(...thin, mapping));
   }
 
   read_some(budgetMs: number): Progress {
@@ -99,9 +130,14 @@ let loading: Promise<FileReaders> | null = null;
 /** The readers; after a failure the next call tries again. */
 export function readers(): Promise<FileReaders> {
   loading ??= import('../generated/drivescope_readers.js')
-    .then(async ({ default: init, Reader, role, __wbg_reset_state: reset }) => {
+    .then(async ({ default: init, Reader, role, try_mapping, __wbg_reset_state: reset }) => {
       await init();
-      const made = { role: role as (file: File) => Role, reader: () => new Reader() as unknown as ReaderDoor, reset };
+      const made: ReaderModule = {
+        role: role as ReaderModule['role'],
+        reader: () => new Reader() as unknown as ReaderDoor,
+        tryMapping: try_mapping as ReaderModule['tryMapping'],
+        reset,
+      };
       return new FileReaders(made, new Shelf(inMemory), memory());
     })
     .catch((reason: unknown) => {

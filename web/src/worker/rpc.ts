@@ -5,6 +5,7 @@ import type { MotionOperations } from '../motion/door';
 import type { Catalogue, Comparison, DriveReport, ParamValue, Progress, RunReport } from '../door';
 import type { Blind, NavigationOperations } from '../navigation/door';
 import type { RoadOperations } from '../road/door';
+import type { WizardOperations } from '../wizard/door';
 
 /** What is read of a large file: columns by name, a part of its time (s after its beginning), every nth row. */
 export interface Keep {
@@ -45,7 +46,7 @@ export interface RunReply {
 }
 
 /** Every operation: what it takes and what it gives. */
-export interface Operations extends CompassOperations, MotionOperations, NavigationOperations, RoadOperations {
+export interface Operations extends CompassOperations, MotionOperations, NavigationOperations, RoadOperations, WizardOperations {
   catalogue: { takes: Record<string, never>; gives: Catalogue };
   open: { takes: OpenRequest; gives: DriveReport };
   /** With `blind`, sensors see nothing in some windows. */

@@ -37,7 +37,7 @@ export class Shelf {
       const names = databases.map((f) => f.name);
       this.#databases = [...this.#databases.filter((f) => !names.includes(f.name)), ...databases];
       if (!this.#log) throw new Error(say.kept(names.join(', ')));
-      return { ...this.#log, files: [...this.#log.files, ...this.#databases] };
+      return { files: [...this.#log.files, ...this.#databases], mapping: mapping ?? this.#log.mapping };
     }
     if (databases.length > 0) this.#databases = databases;
     const isBus = roles.includes('bus');

@@ -6,6 +6,7 @@ import type { Blind } from '../navigation/door';
 import { loadDoctor, Surgery } from './doctor';
 import { type DrivesDoor, loadDrives } from './drives';
 import { Making } from './making';
+import { EXAMINING, Examining, tryOut } from './examining';
 import { type FileReaders, readers } from './readers';
 import { type FromWorker, type Operations, type Request, TooLarge, type ToWorker } from './rpc';
 
@@ -160,19 +161,32 @@ function filesJob(door: Door, drives: DrivesDoor, id: number, args: Dropped): Jo
       return door.report();
     },
   };
+  whenLoaded(job, (loaded) => {
+    reader = loaded;
+    making = new Making(loaded, (budget) => loaded.read_some(budget), door);
+    job.waits = false;
+  });
+  return job;
+}
+
+/** Let a job begin once the readers are there, or end it where they cannot be loaded. */
+function whenLoaded(job: Job, ready: (loaded: FileReaders) => void): void {
   readers().then(
     (loaded) => {
-      reader = loaded;
-      making = new Making(loaded, (budget) => loaded.read_some(budget), door);
-      job.waits = false;
+      ready(loaded);
       schedule();
     },
     () => {
       if (!jobs.includes(job)) return;
       jobs.splice(jobs.indexOf(job), 1);
-      post({ id, ok: false, message: '', cancelled: false, isUnloaded: true });
+      post({ id: job.id, ok: false, message: '', cancelled: false, isUnloaded: true });
     },
   );
+}
+
+function examineJob({ id, args }: Request<'examine'>): Job {
+  const job = new Examining(id, args, BUDGET);
+  whenLoaded(job, (loaded) => job.ready(loaded));
   return job;
 }
 
@@ -188,6 +202,9 @@ function cancel(id: number): void {
 function enqueue(job: Job): void {
   const same = jobs.find((other) => other.estimator === job.estimator);
   if (same) cancel(same.id);
+  // An examination has the reader that a file is opened with.
+  const examining = jobs.find((other) => other.estimator === EXAMINING);
+  if (job.estimator === null && examining) cancel(examining.id);
   if (job.estimator === null) jobs.unshift(job);
   else jobs.push(job);
   schedule();
@@ -250,7 +267,7 @@ const surgery = new Surgery(loadDoctor);
 
 /** The operations that are answered at once, or once the doctor is there. */
 const answers: {
-  [O in Exclude<keyof Operations, 'open' | 'run' | 'sweep'>]: (
+  [O in Exclude<keyof Operations, 'open' | 'run' | 'sweep' | 'examine'>]: (
     door: Door,
     args: Operations[O]['takes'],
     drives: DrivesDoor,
@@ -318,6 +335,7 @@ const answers: {
     const path = door.path(source, t0, t1, points);
     return [path, [path.buffer]];
   },
+  try_out: (_, { mapping }) => tryOut(mapping),
   csv: (door, { source }) => {
     const bytes = door.export_csv(source);
     return [bytes, [bytes.buffer]];
@@ -335,6 +353,7 @@ self.onmessage = async (event: MessageEvent<ToWorker>) => {
     if (isDead) return;
     if (message.op === 'open') enqueue(openJob(door, drives, message as Request<'open'>));
     else if (message.op === 'run') enqueue(runJob(door, message as Request<'run'>));
+    else if (message.op === 'examine') enqueue(examineJob(message as Request<'examine'>));
     else if (message.op === 'sweep') enqueue(sweepJob(door, message as Request<'sweep'>));
     else {
       const answer = answers[message.op] as (door: Door, args: unknown, drives: DrivesDoor) => Answer<unknown> | Promise<Answer<unknown>>;

@@ -97,6 +97,8 @@ fn full_rotation_gives_all_nine_unknowns_by_every_method() {
     }
     for (name, x) in [("fit", fitted.state()), ("extended", extended.x), ("unscented", unscented.x)] {
         let error = x - truth();
+        let (offset, shape) = (error.fixed_rows::<3>(0).amax(), error.fixed_rows::<6>(3).amax());
+        println!("{name}: {offset:.3} uT, {shape:.4}");
         // What the specification measured: 0.15 uT and 0.003.
         assert!(error.fixed_rows::<3>(0).amax() <= 0.15, "{name} {error}");
         assert!(error.fixed_rows::<6>(3).amax() <= 0.003, "{name} {error}");
@@ -110,19 +112,21 @@ fn full_rotation_brings_the_heading_from_sixteen_degrees_below_one() {
     let calibration = calibrate(&m, &EARTH, None).result.unwrap();
     let after = heading_rms(&m, &attitudes, |m| calibration.correct(m));
     // The specification measured 16.3 and 0.58 deg; the noise alone gives 0.3 uT over 30 uT, 0.57 deg.
+    println!("full rotation: heading {before:.1} to {after:.2} deg");
     assert!(before > 10.0 && after < 0.7, "{before:.1} {after:.2}");
 }
 
 #[test]
 fn a_car_that_hardly_tilts_gets_the_planar_fit() {
-    for (deg, limit) in [(2.0, 0.8), (8.0, 1.5)] {
+    for (deg, limit) in [(2.0, 0.72), (8.0, 1.35)] {
         let (m, attitudes) = readings(1500, Turning::Tilt(deg), 3);
         let before = heading_rms(&m, &attitudes, |m| *m);
         let outcome = calibrate(&m, &EARTH, None);
         assert_eq!(outcome.quality.kind, Some(Kind::Planar), "{:?}", outcome.quality);
         let calibration = outcome.result.unwrap();
         let after = heading_rms(&m, &attitudes, |m| calibration.correct(m));
-        // The specification measured 0.57 deg at 2 deg of tilt and 1.08 deg at 8 deg.
+        // The specification measured 0.57 deg at 2 deg of tilt and 1.08 deg at 8 deg, and allows a quarter more on other noise.
+        println!("{deg} deg of tilt: heading {before:.1} to {after:.2} deg");
         assert!(before > 15.0 && after < limit, "{deg} deg: {before:.1} {after:.2}");
         assert_eq!(calibration.distortion[2], 0.0);
     }

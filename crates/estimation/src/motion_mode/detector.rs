@@ -3,6 +3,7 @@
 use drivescope_drive::geodesy::STANDARD_GRAVITY;
 
 use super::MotionModeParams;
+use super::gain::SpeedGain;
 use super::rules::{MotionMode, Row, Rule, Rules, Settings, Statistics, Thresholds, WheelState};
 use super::windows::{Lag, RunningSum};
 
@@ -18,6 +19,9 @@ const FORCE_SPREAD_AT_REST: f64 = 0.5;
 
 /// Time for which a body may rock after a stop that the wheels told, s.
 const SETTLING: f64 = 1.0;
+
+/// How far the sway of a settled body may still lie above its threshold: what is left of rocking, and a noisy sensor.
+const NEARLY_STILL: f64 = 1.5;
 
 /// Time after which the spread of the force is believed, s.
 const SPREAD_TIME: f64 = 0.5;
@@ -79,6 +83,8 @@ pub struct Detector {
     window: usize,
     jerk: RunningSum,
     tilt_rate: RunningSum,
+    /// The later half of the same window.
+    recent_tilt_rate: RunningSum,
     yaw_rate: RunningSum,
     forward_force: Lag,
     previous_magnitude: Option<f64>,
@@ -87,6 +93,12 @@ pub struct Detector {
     adaptive: Option<Adaptive>,
     thresholds: Thresholds,
     rules: Rules,
+    gain: SpeedGain,
+    /// Rows for which force and jerk have been quiet, and how many of them show that the body has settled.
+    quiet_rows: usize,
+    settled_rows: usize,
+    /// Mean yaw rate above which the car does not stand, rad/s; infinite where the gyro's bias is not known.
+    turning: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -123,8 +135,17 @@ impl Detector {
             window,
             jerk: RunningSum::new(window),
             tilt_rate: RunningSum::new(window),
+            recent_tilt_rate: RunningSum::new(window.div_ceil(2)),
             yaw_rate: RunningSum::new(rows(params.yaw_window)),
             forward_force: Lag::new(rows(params.launch_window).max(1) + 1),
+            gain: SpeedGain::new(step, if params.adaptive { params.launch_speed } else { 0.0 }, settings.escape_rows),
+            quiet_rows: 0,
+            settled_rows: if params.adaptive && params.settling {
+                rows(params.launch_window).max(1)
+            } else {
+                usize::MAX
+            },
+            turning: if params.adaptive && learning.is_some() { params.yaw_on } else { f64::INFINITY },
             previous_magnitude: None,
             bias: [0.0; 3],
             adaptive: (params.adaptive && learning.is_some()).then_some(Adaptive {
@@ -157,8 +178,11 @@ impl Detector {
     pub fn clear_windows(&mut self) {
         self.jerk.clear();
         self.tilt_rate.clear();
+        self.recent_tilt_rate.clear();
         self.yaw_rate.clear();
         self.forward_force.clear();
+        self.gain.clear();
+        self.quiet_rows = 0;
         self.previous_magnitude = None;
         if let Some(learning) = &mut self.learning {
             learning.raw.clear();
@@ -171,6 +195,7 @@ impl Detector {
         let Some(learning) = self.learning.take() else { return false };
         self.bias = [0.0; 3];
         self.adaptive = None;
+        self.turning = f64::INFINITY;
         self.recompute_tilt_rate(&learning.raw);
         true
     }
@@ -184,13 +209,14 @@ impl Detector {
         self.jerk.push((magnitude - self.previous_magnitude.unwrap_or(magnitude)).abs()); // (4)
         self.previous_magnitude = Some(magnitude);
         self.forward_force.push(fx);
+        self.gain.push(fx, self.rules.mode == MotionMode::Stationary);
         self.yaw_rate.push(row.rate[2]);
         let was_learning = self.learning.is_some();
         let mut refused = false;
         if was_learning {
             refused = !self.learn(row, is_new, magnitude) && self.refuse_learning();
         } else {
-            self.tilt_rate.push(horizontal_rate(row.rate[0], row.rate[1], &self.bias)); // (6)
+            self.push_tilt_rate(row.rate[0], row.rate[1]);
         }
         let statistics = Statistics {
             jerk: self.jerk.mean(),
@@ -202,19 +228,34 @@ impl Detector {
         self.adapt(&statistics, indicator);
         let yaw_threshold = self.rules.yaw_threshold();
         let is_held = was_learning && !refused && self.adaptive.is_some();
-        let rule = if is_held {
-            Rule::Learning
-        } else {
-            self.rules.decide(&Row {
-                statistics,
-                indicator,
-                force_step_threshold: self.thresholds.force_step,
-                wheels,
-                is_full: self.jerk.is_full(),
-            })
-        };
+        let rule = if is_held { Rule::Learning } else { self.decide(statistics, indicator, wheels) };
         let (thresholds, mode) = (self.thresholds, self.rules.mode);
         (Decision { statistics, indicator, thresholds, yaw_threshold, mode, rule }, refused)
+    }
+
+    fn decide(&mut self, statistics: Statistics, indicator: u8, wheels: WheelState) -> Rule {
+        let (jerk, force_step) = (self.thresholds.jerk, self.thresholds.force_step);
+        let is_quiet = statistics.jerk <= jerk && statistics.force_step <= force_step;
+        self.quiet_rows = if is_quiet { self.quiet_rows + 1 } else { 0 };
+        let is_nearly_still = self.recent_tilt_rate.mean() <= NEARLY_STILL * self.thresholds.tilt_rate;
+        let rested = self.rules.mode == MotionMode::Stationary;
+        let rule = self.rules.decide(&Row {
+            statistics,
+            indicator,
+            force_step_threshold: force_step,
+            wheels,
+            is_full: self.jerk.is_full(),
+            is_settled: self.quiet_rows >= self.settled_rows && is_nearly_still,
+            contradiction: if self.gain.contradicts_rest() {
+                Some(Rule::SpeedGained)
+            } else {
+                (statistics.yaw_rate.abs() > self.turning).then_some(Rule::Turns)
+            },
+        });
+        if rested && self.rules.mode != MotionMode::Stationary {
+            self.gain.launch();
+        }
+        rule
     }
 
     /// Take a row into the means; `false` if it shows that the car is not at rest.
@@ -256,9 +297,16 @@ impl Detector {
 
     fn recompute_tilt_rate(&mut self, raw: &[[f64; 2]]) {
         self.tilt_rate.clear();
+        self.recent_tilt_rate.clear();
         for rate in &raw[raw.len().saturating_sub(self.window)..] {
-            self.tilt_rate.push(horizontal_rate(rate[0], rate[1], &self.bias));
+            self.push_tilt_rate(rate[0], rate[1]);
         }
+    }
+
+    fn push_tilt_rate(&mut self, roll_rate: f64, pitch_rate: f64) {
+        let rate = horizontal_rate(roll_rate, pitch_rate, &self.bias); // (6)
+        self.tilt_rate.push(rate);
+        self.recent_tilt_rate.push(rate);
     }
 
     /// Let the thresholds follow the noise floor, which follows the statistics at rest.

@@ -43,6 +43,12 @@ pub enum Rule {
     Filling,
     /// Motion ended: all four wheels have stood still for long enough, whatever still rocks.
     WheelsStand,
+    /// Motion ended: force and jerk have been quiet for another launch window, and the last half of sway's window is.
+    Settled,
+    /// The forward force has gained too much speed since the last rest: the mode left rest, or did not come to it.
+    SpeedGained,
+    /// The car turns: the mode left rest, or did not come to it.
+    Turns,
 }
 
 /// What the wheels say.
@@ -116,6 +122,10 @@ pub(super) struct Row {
     pub(super) wheels: WheelState,
     /// Whether the windows hold enough to decide for rest.
     pub(super) is_full: bool,
+    /// Whether the body has settled but for what the windows still remember of its rocking.
+    pub(super) is_settled: bool,
+    /// What else contradicts rest: [`Rule::SpeedGained`] or [`Rule::Turns`].
+    pub(super) contradiction: Option<Rule>,
 }
 
 /// The mode, and the little memory that the rules have.
@@ -172,6 +182,8 @@ impl Rules {
             Rule::LaunchByEscape
         } else if row.wheels == WheelState::Turn {
             Rule::Wheels
+        } else if let Some(contradiction) = row.contradiction {
+            contradiction
         } else {
             return Rule::Keep;
         };
@@ -188,17 +200,21 @@ impl Rules {
             (self.mode, self.settling, self.active_rows) = (MotionMode::Stationary, self.settings.settling_rows, 0);
             return Rule::WheelsStand;
         }
-        if row.statistics.force_step > row.force_step_threshold || row.indicator != 1 {
+        let is_quiet = row.indicator == 1 || row.is_settled;
+        if row.statistics.force_step > row.force_step_threshold || !is_quiet {
             return Rule::Keep;
         }
         if row.wheels == WheelState::Turn {
             return Rule::Wheels;
         }
+        if let Some(contradiction) = row.contradiction {
+            return contradiction;
+        }
         if !row.is_full {
             return Rule::Filling;
         }
         self.mode = MotionMode::Stationary;
-        Rule::Stop
+        if row.indicator == 1 { Rule::Stop } else { Rule::Settled }
     }
 }
 
@@ -213,6 +229,8 @@ mod tests {
         force_step_threshold: 0.16,
         wheels: WheelState::Unknown,
         is_full: true,
+        is_settled: false,
+        contradiction: None,
     };
 
     fn with(force_step: f64, yaw_rate: f64, indicator: u8) -> Row {
@@ -280,6 +298,25 @@ mod tests {
         assert_eq!((rules.decide(&QUIET), rules.mode), (Rule::Stop, MotionMode::Stationary));
         assert_eq!(rules.decide(&Row { wheels: WheelState::Turn, ..QUIET }), Rule::Wheels);
         assert_eq!(rules.mode, MotionMode::Straight);
+    }
+
+    /// Catches a contradiction that only keeps the car from resting, or one that outweighs what is active anyway.
+    #[test]
+    fn a_body_that_has_settled_rests_and_speed_gained_or_a_turn_contradict_rest_both_ways() {
+        for rule in [Rule::SpeedGained, Rule::Turns] {
+            let mut rules = Rules::new(SETTINGS, MotionMode::Straight);
+            let settled = Row { is_settled: true, ..with(0.1, 0.0, 2) };
+            let contradicted = Row { contradiction: Some(rule), ..settled };
+            assert_eq!(
+                rules.decide(&Row { is_settled: true, ..with(0.2, 0.0, 2) }),
+                Rule::Keep,
+                "the force still moves"
+            );
+            assert_eq!((rules.decide(&contradicted), rules.mode), (rule, MotionMode::Straight));
+            assert_eq!((rules.decide(&settled), rules.mode), (Rule::Settled, MotionMode::Stationary));
+            assert_eq!((rules.decide(&contradicted), rules.mode), (rule, MotionMode::Straight));
+            assert_eq!(rules.decide(&QUIET), Rule::Stop);
+        }
     }
 
     #[test]

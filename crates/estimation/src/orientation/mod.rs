@@ -11,6 +11,8 @@
 //! fields.
 
 mod attitude;
+#[cfg(test)]
+mod claims_tests;
 mod cone;
 #[cfg(test)]
 mod consistency_tests;

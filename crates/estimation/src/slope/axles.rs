@@ -19,7 +19,7 @@ impl AxleCheck {
     pub(super) fn doubt(&mut self, time: f64, wheels: &Wheels, steer: f64, allowed: f64) -> f64 {
         let front = 0.5 * (wheels.wheel_speed_fl + wheels.wheel_speed_fr);
         let difference = front * steer.cos() - 0.5 * (wheels.wheel_speed_rl + wheels.wheel_speed_rr);
-        if !(difference.abs() < super::LARGEST_WHEEL && time.is_finite()) {
+        if !(difference.abs() < super::row::LARGEST_WHEEL && time.is_finite()) {
             return 0.0;
         }
         let (before, mean) = self.last.unwrap_or((time, difference));

@@ -2,6 +2,13 @@
 
 use drivescope_drive::record;
 
+use super::motion::{MotionNis, Steer};
+use super::params::FilterChoice;
+use super::{GRAVITY, Slope, grade, motion, pitch};
+
+/// Speed above which a sideslip angle means anything, m/s.
+const SIDESLIP_SPEED: f64 = 1.0;
+
 record! {
     /// Motion, effective forces, slope, road grade and body pitch at one instant.
     pub struct SlopeEstimate {
@@ -92,5 +99,83 @@ record! {
         /// Normalized innovation squared of the GNSS vertical velocity.
         /// Below 1 where the sensor is better than its sigma, whose default fits the sensors of stability control.
         gnss_nis: "1", nis 1;
+    }
+}
+
+/// Normalized innovations squared of one epoch.
+pub(super) struct Nis {
+    pub(super) motion: MotionNis,
+    pub(super) pitch_wheel: f64,
+    pub(super) grade_wheel: f64,
+    pub(super) altitude: f64,
+    pub(super) height: f64,
+    pub(super) upward: f64,
+}
+
+impl Nis {
+    pub(super) const NONE: Self = Self {
+        motion: MotionNis { wheel: f64::NAN, yaw_rate: f64::NAN, accel_x: f64::NAN, accel_y: f64::NAN },
+        pitch_wheel: f64::NAN,
+        grade_wheel: f64::NAN,
+        altitude: f64::NAN,
+        height: f64::NAN,
+        upward: f64::NAN,
+    };
+}
+
+impl Slope {
+    /// The estimate as the filters stand.
+    pub(super) fn estimate(&self, nis: &Nis) -> SlopeEstimate {
+        let (m, g) = (&self.motion, &self.grade);
+        let sigma_m = |i: usize| m.p[(i, i)].sqrt();
+        let sigma_g = |i: usize| g.p[(i, i)].sqrt();
+        let (speed, lateral) = (m.x[motion::SPEED], m.x[motion::LATERAL_SPEED]);
+        let is_moving = speed > SIDESLIP_SPEED;
+        let (slope, slope_variance) = match self.params.filter {
+            FilterChoice::Cascade => (self.pitch.x[pitch::SLOPE], self.pitch.p[(pitch::SLOPE, pitch::SLOPE)]),
+            FilterChoice::Single => (m.x[motion::SLOPE], m.p[(motion::SLOPE, motion::SLOPE)]),
+        };
+        let (accel_x, accel_x_sigma) = m.specific_force(Steer::new(self.steer));
+        SlopeEstimate {
+            speed,
+            speed_sigma: sigma_m(motion::SPEED),
+            lateral_speed: lateral,
+            lateral_speed_sigma: sigma_m(motion::LATERAL_SPEED),
+            yaw_rate: m.x[motion::YAW_RATE],
+            yaw_rate_sigma: sigma_m(motion::YAW_RATE),
+            force_xf: m.x[motion::FORCE_XF],
+            force_xf_sigma: sigma_m(motion::FORCE_XF),
+            force_yf: m.x[motion::FORCE_YF],
+            force_yf_sigma: sigma_m(motion::FORCE_YF),
+            force_yr: m.x[motion::FORCE_YR],
+            force_yr_sigma: sigma_m(motion::FORCE_YR),
+            accel_x_estimated: accel_x,
+            accel_x_estimated_sigma: accel_x_sigma,
+            accel_x_net: accel_x - GRAVITY * slope.sin(), // (5)
+            accel_x_net_sigma: (accel_x_sigma.powi(2) + (GRAVITY * slope.cos()).powi(2) * slope_variance).sqrt(),
+            slope,
+            slope_sigma: slope_variance.sqrt(),
+            grade: g.x[grade::GRADE],
+            grade_sigma: sigma_g(grade::GRADE),
+            body_pitch: g.x[grade::BODY_PITCH],
+            body_pitch_sigma: sigma_g(grade::BODY_PITCH),
+            body_pitch_rate: g.x[grade::BODY_PITCH_RATE],
+            body_pitch_rate_sigma: sigma_g(grade::BODY_PITCH_RATE),
+            accel_bias: g.x[grade::ACCEL_BIAS],
+            accel_bias_sigma: sigma_g(grade::ACCEL_BIAS),
+            altitude: g.x[grade::ALTITUDE],
+            altitude_sigma: sigma_g(grade::ALTITUDE),
+            sideslip: if is_moving { lateral.atan2(speed) } else { f64::NAN },
+            sideslip_sigma: if is_moving { m.sideslip_sigma() } else { f64::NAN },
+            wheel_nis: nis.motion.wheel,
+            gyro_nis: nis.motion.yaw_rate,
+            accel_x_nis: nis.motion.accel_x,
+            accel_y_nis: nis.motion.accel_y,
+            ekf2_wheel_nis: nis.pitch_wheel,
+            grade_wheel_nis: nis.grade_wheel,
+            baro_nis: nis.altitude,
+            gnss_height_nis: nis.height,
+            gnss_nis: nis.upward,
+        }
     }
 }

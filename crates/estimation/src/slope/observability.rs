@@ -21,6 +21,8 @@ use crate::estimator::vehicle_of;
 pub const TOLERANCE: f64 = 0.02;
 /// A state is unseen when more than this share of its square lies in directions that are not seen.
 const UNSEEN_SHARE: f64 = 0.005;
+/// Measurements of a filter at most.
+const MOST_MEASUREMENTS: usize = 5;
 /// Ordinary sizes of the states of the first filter.
 const MOTION_SCALE: [f64; STATES] = [1.0, 1.0, 0.1, 2000.0, 2000.0, 2000.0, 0.1];
 /// Ordinary sizes of the states of the grade filter; the last is none of them.
@@ -108,25 +110,29 @@ impl Seen {
     /// By Gram and Schmidt with the largest remainder first, over the rows `h A^k T^k / k!` in units of `scale`. A state that
     /// does not exist has a row and a column of zeros.
     fn new(a: &SMatrix<f64, STATES, STATES>, rows: &[&Row], scale: &[f64; STATES]) -> Self {
-        let mut left = Vec::with_capacity(rows.len() * STATES);
-        for row in rows {
+        let mut left = [SVector::<f64, STATES>::zeros(); MOST_MEASUREMENTS * STATES];
+        let left = &mut left[..rows.len() * STATES];
+        for (row, powers) in rows.iter().zip(left.chunks_mut(STATES)) {
             let mut h = SVector::<f64, STATES>::zeros();
             row.iter().for_each(|&(column, value)| h[column] = value);
-            for k in 1..=STATES {
-                left.push(SVector::<f64, STATES>::from_fn(|i, _| h[i] * scale[i]));
-                h = a.tr_mul(&h) / k as f64;
+            for (k, power) in powers.iter_mut().enumerate() {
+                *power = SVector::from_fn(|i, _| h[i] * scale[i]);
+                h = a.tr_mul(&h) / (k + 1) as f64;
             }
         }
         let mut seen = Self { basis: [SVector::zeros(); STATES], rank: 0 };
         while seen.rank < STATES {
-            let Some(largest) = left.iter().copied().max_by(|a, b| a.norm_squared().total_cmp(&b.norm_squared()))
-            else {
-                break;
-            };
-            if largest.norm().is_nan() || largest.norm() < TOLERANCE {
+            let (mut largest, mut length) = (0, 0.0);
+            for (index, row) in left.iter().enumerate() {
+                let own = row.norm_squared();
+                if own > length || own.is_nan() {
+                    (largest, length) = (index, own);
+                }
+            }
+            if length.is_nan() || length.sqrt() < TOLERANCE {
                 break;
             }
-            let direction = largest.normalize();
+            let direction = left[largest] / length.sqrt();
             left.iter_mut().for_each(|row| *row -= direction * direction.dot(row));
             seen.basis[seen.rank] = direction;
             seen.rank += 1;
@@ -195,7 +201,9 @@ pub fn grade_rank(params: &SlopeParams, moment: &Moment, available: &Available) 
 pub fn lamps(params: &SlopeParams, vehicle: &VehicleParams, moment: &Moment, available: &Available) -> [Lamp; 9] {
     let first = motion_seen(vehicle, moment, available, true);
     let last = grade_seen(params, moment, available);
-    let is_straight = motion_seen(vehicle, &Moment { yaw_rate: 0.0, ..*moment }, available, true).sees(motion::SLOPE);
+    let on_a_straight = || motion_seen(vehicle, &Moment { yaw_rate: 0.0, ..*moment }, available, true);
+    // Only a quantity that is out needs a reason.
+    let is_straight = !first.sees(motion::LATERAL_SPEED) && on_a_straight().sees(motion::SLOPE);
     let sideways = match (available.gyro, is_straight && first.sees(motion::SLOPE)) {
         (false, _) => NO_GYRO,
         (true, true) => STRAIGHT,

@@ -42,6 +42,8 @@ params! {
         rear_axle_sigma ("s_vy"): number = 0.30, "m/s", 0.05 ..= 2.0 Log, from "SPEC slope 5";
         /// Trust the wheel speed less while front and rear wheels disagree more than they lately did: an axle jumps over a bump.
         axle_check (""): toggle = true, from "ours; does nothing for a log with one speed";
+        /// Grade filter: trust the wheel speed less while a bump shakes the body up and down by more than 2 m/s^2.
+        shake_check (""): toggle = true, from "ours; does nothing on the specification's cases";
         /// Constant offset of the forward accelerometer, taken off before everything: its bias and the pitch of its mount times gravity.
         accel_offset ("a_0"): number = 0.0, "m/s^2", -3.0 ..= 3.0 Linear, from "ours: none unless found";
         /// How late the wheel speed comes; the inertial sensor is delayed to match, and with it every estimate.

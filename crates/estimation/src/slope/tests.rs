@@ -330,9 +330,8 @@ fn the_motorway_log_shows_the_grade_of_its_reference() {
     let drive = table.drive();
     let out = run(&drive, &SlopeParams::default());
     let truth = drive.truth.column("grade").unwrap();
-    let settled = out[0].0 + 1.0;
     let pairs: Vec<(f64, f64)> = (drive.truth.time().iter().zip(truth))
-        .filter(|(t, g)| **t >= settled && g.is_finite())
+        .filter(|(_, g)| g.is_finite())
         .filter_map(|(&t, &g)| {
             let next = out.partition_point(|o| o.0 <= t);
             (next > 0 && next < out.len()).then(|| (out[next - 1].1.grade, g))
@@ -342,7 +341,7 @@ fn the_motorway_log_shows_the_grade_of_its_reference() {
     let offset = mean(|p| p.0) - mean(|p| p.1);
     let level: Vec<_> = pairs.iter().map(|p| (p.0 - offset, p.1)).collect();
     let fit = fit(&level);
-    // The mount is pitched by a constant, so only the shape counts; the first second is the filter's start, as in SPEC
-    // slope 8. The limits are issue 2's; measured 0.948 and 0.63 deg. Catches a sign, a latency or a wrong wheel.
-    assert!(fit.correlation >= 0.94 && fit.rms.to_degrees() <= 0.65, "{} {}", fit.correlation, fit.rms.to_degrees());
+    // The mount is pitched by a constant, so only the shape counts. Every row, the first among them; measured 0.957 and
+    // 0.57 deg. Catches a sign, a latency, a wrong wheel, and a bump taken for a grade.
+    assert!(fit.correlation >= 0.955 && fit.rms.to_degrees() <= 0.58, "{} {}", fit.correlation, fit.rms.to_degrees());
 }

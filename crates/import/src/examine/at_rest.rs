@@ -7,7 +7,7 @@ use super::inertial::integral;
 use super::linear::{Normal, norm};
 use super::magnetic::Earth;
 use super::survey::{Kind, Role, Survey, Weight, kind};
-use crate::correction::Correction;
+use crate::correction::Amendment;
 use crate::propose::Confidence;
 use crate::units;
 
@@ -78,7 +78,7 @@ fn gravity(s: &mut Survey) {
             100.0 * share
         );
         let source = s.source(column, &role);
-        s.propose(Weight::Contradiction, &[column], text, Correction::of("accel_z", source));
+        s.propose(Weight::Contradiction, &[column], text, Amendment::of("accel_z", source));
     }
 }
 

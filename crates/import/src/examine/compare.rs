@@ -2,7 +2,7 @@
 
 use super::survey::{Finding, Kind, Weight, canonical_unit, kind};
 use super::{ColumnView, Examination};
-use crate::correction::Correction;
+use crate::correction::Amendment;
 use crate::mapping::{Mapping, SignalSource};
 use crate::names::signal;
 use crate::propose::Confidence;
@@ -43,8 +43,8 @@ fn to_si(name: &str, source: &SignalSource) -> Option<f64> {
     Some(units::factor(unit, signal(name)?.unit)? * source.scale)
 }
 
-fn correct(found: &Examination, names: &[&str], remove: &[&str]) -> Option<Correction> {
-    let mut out = Correction::default();
+fn correct(found: &Examination, names: &[&str], remove: &[&str]) -> Option<Amendment> {
+    let mut out = Amendment::default();
     for name in names {
         if let Some(source) = found.mapping.signals.get(*name) {
             out.signals.insert((*name).to_owned(), source.clone());

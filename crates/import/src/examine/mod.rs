@@ -5,6 +5,8 @@
 //! accelerometer's axes, and so on to the magnetometer. What a drive cannot show is said as a guess.
 
 mod at_rest;
+mod choices;
+mod clash;
 mod clock;
 mod compare;
 mod delay;
@@ -20,21 +22,27 @@ mod place_pairs;
 mod reversing;
 mod run;
 mod scene;
+mod sketch;
 mod speeds;
 mod strangers;
 mod survey;
+mod trial;
 
 use serde::Serialize;
 
+pub use self::choices::{Choice, choices};
+pub use self::clash::{Clash, Correction};
 pub(crate) use self::compare::contradictions;
 pub use self::evidence::Evidence;
 pub(crate) use self::grain::odd_columns;
 pub(crate) use self::linear::lean_rows;
+pub(crate) use self::sketch::sketch;
 pub(crate) use self::survey::heaviest_first;
 pub use self::survey::{Finding, Weight};
 use self::survey::{Kind, Role, Survey, canonical_unit, kind};
+pub use self::trial::{TRIAL_SERIES, Thinned, Trial, try_out};
 use crate::clock::times;
-use crate::correction::Correction;
+use crate::correction::Amendment;
 use crate::error::ImportError;
 use crate::mapping::{Mapping, Mount, SignalSource};
 use crate::names::CHANNELS;
@@ -201,7 +209,8 @@ fn fill(s: &mut Survey, p: &Proposal) {
             continue;
         }
         let why = entry.map_or(String::new(), |e| e.why.clone());
-        let confidence = entry.map_or(Confidence::Guess, |e| e.confidence).min(Confidence::Likely);
+        let told = entry.filter(|e| e.signal == signal && turn > 0.0);
+        let confidence = told.map_or(Confidence::Guess, |e| e.confidence).min(Confidence::Likely);
         s.roles[column] = Some(Role {
             unit: source.unit.clone().unwrap_or_else(|| canonical_unit(&signal).into()),
             signal,
@@ -331,7 +340,7 @@ fn say(s: &mut Survey, mounts: &[MountFound], delays: &[DelayFound]) {
             "the housing of {} leans by roll {roll_deg:.1}, pitch {pitch_deg:.1}, yaw {yaw_deg:.1} deg on its mount, directions to {:.1} deg: by {}.",
             m.channel, m.sigma_deg, m.why
         );
-        let mut correction = Correction::default();
+        let mut correction = Amendment::default();
         if m.applied {
             correction.mounts.insert(m.channel.clone(), m.mount);
         }
@@ -345,7 +354,7 @@ fn say(s: &mut Survey, mounts: &[MountFound], delays: &[DelayFound]) {
             1e3 * d.sigma,
             d.why
         );
-        let mut correction = Correction::default();
+        let mut correction = Amendment::default();
         correction.delays.insert(d.channel.clone(), d.late);
         s.propose(Weight::Guess, &[], text, correction);
     }

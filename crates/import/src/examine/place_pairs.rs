@@ -6,7 +6,7 @@ use drivescope_drive::geodesy::radii;
 use super::gnss::{DEG, FASTEST, follow, part_of, samples, speed_unit, velocity};
 use super::scene::Field;
 use super::survey::{Kind, Role, Survey, Weight, kind};
-use crate::correction::Correction;
+use crate::correction::Amendment;
 use crate::mapping::SignalSource;
 use crate::order::sort_by;
 use crate::propose::Confidence;
@@ -152,7 +152,7 @@ pub(super) fn find_place(s: &mut Survey) -> Option<Track> {
         let text = format!("{} and {} are swapped: read the other way round, {why}.", s.label(lat), s.label(lon));
         let unit = (pair.unit != "deg").then(|| pair.unit.to_owned());
         let source = |c: usize| SignalSource { unit: unit.clone(), ..SignalSource::plain(&s.table.columns[c].name) };
-        let mut correction = Correction::of("gnss_lat", source(lat));
+        let mut correction = Amendment::of("gnss_lat", source(lat));
         correction.signals.insert("gnss_lon".into(), source(lon));
         s.propose(Weight::Contradiction, &[lat, lon], text, correction);
     } else if order == Confidence::Guess && !named(lat, "gnss_lat") {

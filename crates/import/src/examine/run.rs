@@ -155,7 +155,7 @@ fn hold(s: &mut Survey, columns: &[usize]) {
 }
 
 /// A grid shifted so that what is `late` stands where it happened.
-fn shifted(grid: &[f64], late: f64) -> Vec<f64> {
+pub(crate) fn shifted(grid: &[f64], late: f64) -> Vec<f64> {
     let field = Field::made(grid.to_vec());
     (0..grid.len()).map(|i| field.at((i as f64 + 0.5) * super::scene::STEP + late)).collect()
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::evidence::Evidence;
 use super::scene::Scene;
-use crate::correction::Correction;
+use crate::correction::Amendment;
 use crate::mapping::SignalSource;
 use crate::names::signal;
 use crate::propose::{Candidate, Confidence};
@@ -82,7 +82,7 @@ pub struct Finding {
     pub text: String,
     /// What it proposes to change in the mapping.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub correction: Option<Correction>,
+    pub correction: Option<Amendment>,
 }
 
 /// Contradictions first, what is said first of equal weight.
@@ -183,7 +183,7 @@ impl<'t> Survey<'t> {
                         role.why
                     );
                     let source = self.source(column, &role);
-                    self.propose(Weight::Contradiction, &[column], text, Correction::of(&role.signal, source));
+                    self.propose(Weight::Contradiction, &[column], text, Amendment::of(&role.signal, source));
                     role.confidence = role.confidence.min(Confidence::Likely);
                     role.unit = stated;
                 }
@@ -202,11 +202,11 @@ impl<'t> Survey<'t> {
 
     /// Say something about columns.
     pub fn find(&mut self, weight: Weight, columns: &[usize], text: String) {
-        self.propose(weight, columns, text, Correction::default());
+        self.propose(weight, columns, text, Amendment::default());
     }
 
     /// Say something about columns, with what it would change in the mapping.
-    pub fn propose(&mut self, weight: Weight, columns: &[usize], text: String, correction: Correction) {
+    pub fn propose(&mut self, weight: Weight, columns: &[usize], text: String, correction: Amendment) {
         let columns = columns.iter().map(|&c| self.table.columns[c].name.clone()).collect();
         let correction = Some(correction).filter(|c| !c.is_empty());
         self.findings.push(Finding { weight, columns, text, correction });
