@@ -151,6 +151,11 @@ fn reading(text: &mut String, report: &OpenReport) {
     for warning in &report.warnings {
         let _ = writeln!(text, "warning: {}", warning.message);
     }
+    let is_said =
+        |sentence: &String| report.notes.contains(sentence) || report.warnings.iter().any(|w| w.message == *sentence);
+    for found in report.findings.iter().filter(|f| !is_said(&f.text)) {
+        let _ = writeln!(text, "found: {}", found.text);
+    }
 }
 
 /// What a log holds, in words.

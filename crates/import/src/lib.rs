@@ -25,6 +25,7 @@ mod apply;
 mod cell;
 mod clock;
 mod column;
+mod correction;
 mod csv;
 mod csv_body;
 mod dialect;
@@ -46,17 +47,19 @@ mod place;
 mod propose;
 mod raw_gnss;
 mod report;
+mod settle;
 mod source;
 mod stamp;
 mod table;
 mod units;
 
 pub use apply::{ChannelReport, MapReport, UsedColumn, apply};
+pub use correction::Amendment;
 pub use csv::{CsvReader, read_csv};
 pub use error::{ImportError, MAX_ROW_BYTES, MAX_TABLE_COLUMNS};
 pub use examine::{
-    Choice, Clash, ColumnView, Correction, DelayFound, Examination, Finding, MountFound, TRIAL_SERIES, Thinned, Trial,
-    Weight, choices, examine, try_out,
+    Choice, Clash, ColumnView, Correction, DelayFound, Evidence, Examination, Finding, MountFound, TRIAL_SERIES,
+    Thinned, Trial, Weight, choices, examine, try_out,
 };
 pub use formats::{FORMATS, Format};
 pub use keep::{Keep, Offer};

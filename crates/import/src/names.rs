@@ -108,6 +108,9 @@ pub(crate) fn time_name(name: &str) -> Option<(u8, Option<&'static str>)> {
         "zeit",
         "temps",
     ];
+    if name.len() > LONGEST_NAME {
+        return None;
+    }
     let name = normalize(name);
     let rank = |n: &str| NAMES.iter().position(|known| *known == n).map(|i| u8::try_from(i).unwrap_or(u8::MAX));
     if let Some(found) = rank(&name) {
@@ -124,8 +127,14 @@ pub(crate) fn time_name(name: &str) -> Option<(u8, Option<&'static str>)> {
         .find_map(|(base, unit)| Some((rank(base)?, Some(unit))))
 }
 
+/// Longer, nothing is the name of a signal, bytes: what takes the square of a name's length stays small.
+const LONGEST_NAME: usize = 160;
+
 /// How a column's name may be understood, best first.
 pub(crate) fn matches(name: &str) -> Vec<Match> {
+    if name.len() > LONGEST_NAME {
+        return Vec::new();
+    }
     let plain = |signal: &str, rank| Match { signal: signal.to_owned(), sign: 1.0, unit: None, rank, doubt: None };
     if signal(name).is_some() {
         return vec![plain(name, 0)];
@@ -153,6 +162,9 @@ pub(crate) fn matches(name: &str) -> Vec<Match> {
 
 /// Whether the name ends like a signal's although its beginning is not known: `can_yaw_rate` ends like `gyro_z`.
 pub(crate) fn unknown_prefix(name: &str) -> Option<Match> {
+    if name.len() > LONGEST_NAME {
+        return None;
+    }
     let name = normalize(name);
     let mut rest = name.as_str();
     while let Some((_, tail)) = rest.split_once('_') {
@@ -478,6 +490,15 @@ mod tests {
         assert_eq!(unknown_prefix("can_yaw_rate").unwrap().signal, "gyro_z");
         assert_eq!(unknown_prefix("can_accel_x").unwrap().signal, "accel_x");
         assert_eq!(unknown_prefix("frame_id"), None);
+    }
+
+    /// Catches work that grows with the square of a damaged name: each of its words begins a name of its own.
+    #[test]
+    fn a_name_of_a_hundred_thousand_words_is_none_at_once() {
+        let long = "word_".repeat(100_000) + "accel_x";
+        let begin = std::time::Instant::now();
+        assert!(matches(&long).is_empty() && unknown_prefix(&long).is_none() && time_name(&long).is_none());
+        assert!(begin.elapsed().as_secs_f64() < 0.5, "{:?}", begin.elapsed());
     }
 
     #[test]

@@ -7,13 +7,14 @@ use crate::apply::{ChannelReport, MapReport, apply};
 use crate::clock::epoch_text;
 use crate::csv::read_csv;
 use crate::error::ImportError;
-use crate::examine::{Examination, Thinned, examine, sketch};
+use crate::examine::{Examination, Finding, Thinned, Weight, examine, heaviest_first, odd_columns, sketch};
 use crate::mapping::{Mapping, TimeSource};
 use crate::merge::{Merged, merge};
 use crate::names::signal;
 use crate::opening::Log;
 use crate::propose::{Confidence, Entry, Proposal, Unused, propose};
 use crate::raw_gnss::{add_raw, take_raw};
+use crate::settle::settle;
 use crate::source::ByteSource;
 use crate::table::{Layout, Table, Warning};
 
@@ -44,6 +45,8 @@ pub struct OpenReport {
     pub notes: Vec<String>,
     /// What was passed over or looks wrong.
     pub warnings: Vec<Warning>,
+    /// What physics found, contradictions first, with what each would change in the mapping.
+    pub findings: Vec<Finding>,
     /// Signals that estimators may want and the file does not have.
     pub missing: Vec<Missing>,
     /// The mapping that was used, for saving.
@@ -93,12 +96,37 @@ pub fn open_csv(
 /// # Errors
 /// Those of [`propose`] and [`apply`].
 pub fn open_table(table: Table, mapping: Option<&Mapping>) -> Result<(Drive, OpenReport), ImportError> {
-    let proposal = match mapping {
-        Some(mapping) => given(&table, mapping),
-        None => propose(&table).or_else(|error| by_physics(&table).ok_or(error))?,
+    let odd = odd_columns(std::slice::from_ref(&table));
+    open_examined(table, mapping, odd)
+}
+
+/// The same, with what was odd in the tables that it was made of.
+fn open_examined(
+    table: Table,
+    mapping: Option<&Mapping>,
+    odd: Vec<Finding>,
+) -> Result<(Drive, OpenReport), ImportError> {
+    let examined = examine(&table).ok();
+    let mut proposal = match (mapping, propose(&table), &examined) {
+        (Some(mapping), ..) => given(&table, mapping),
+        (None, Ok(_), Some(found)) if !found.names_believed => by_physics(found),
+        (None, Ok(by_name), _) => by_name,
+        (None, Err(_), Some(found)) => by_physics(found),
+        (None, Err(error), None) => return Err(error),
     };
+    let mut findings = examined.map_or(Vec::new(), |found| settle(&mut proposal, found, mapping.is_some()));
+    findings.extend(odd);
+    heaviest_first(&mut findings);
     let name = table.name.clone();
     let mut report = frame(&table, &proposal);
+    let contradicts = findings.iter().filter(|f| f.weight == Weight::Contradiction);
+    report.warnings.extend(contradicts.map(|f| Warning {
+        message: f.text.clone(),
+        column: f.columns.first().cloned(),
+        row: None,
+        count: 1,
+    }));
+    report.findings = findings;
     let (drive, mapped) = apply(table, &proposal.mapping, &name)?;
     fill(&mut report, &proposal, mapped, &drive);
     Ok((drive, report))
@@ -129,8 +157,9 @@ pub fn open_log(mut log: Log, mapping: Option<&Mapping>) -> Result<(Drive, OpenR
     if let (Some(ranges), true) = (&ranges, log.tables.is_empty()) {
         return open_raw(ranges);
     }
+    let odd = odd_columns(&log.tables);
     let Merged { table, unused, notes } = merge(log)?;
-    let (mut drive, mut report) = open_table(table, mapping)?;
+    let (mut drive, mut report) = open_examined(table, mapping, odd)?;
     if let Some(ranges) = ranges {
         report.notes.push(add_raw(&mut drive, &ranges, report.mapping.time.offset)?);
     }
@@ -139,17 +168,17 @@ pub fn open_log(mut log: Log, mapping: Option<&Mapping>) -> Result<(Drive, OpenR
     Ok((drive, report))
 }
 
-/// Where names explain nothing: what physics says, with every entry's reason and every finding as a note.
-fn by_physics(table: &Table) -> Option<Proposal> {
-    let found = examine(table).ok()?;
+/// Where names explain nothing: what physics says, with every entry's reason.
+fn by_physics(found: &Examination) -> Proposal {
     let entries = found.columns.iter().filter_map(|c| {
         let (signal, confidence) = (c.signal.clone()?, c.confidence?);
         Some(Entry { signal, column: c.column.clone(), why: c.why.clone(), confidence })
     });
     let unused = found.columns.iter().filter(|c| c.signal.is_none());
     let unused = unused.map(|c| Unused { column: c.column.clone(), reason: c.why.clone() }).collect();
-    let notes = found.findings.iter().map(|f| f.text.clone()).collect();
-    Some(Proposal { entries: entries.collect(), mapping: found.mapping, unused, notes })
+    let said = found.findings.iter().filter(|f| f.weight < Weight::Contradiction);
+    let notes = said.map(|f| f.text.clone()).collect();
+    Proposal { entries: entries.collect(), mapping: found.mapping.clone(), unused, notes }
 }
 
 /// Examine everything that was read from one or several files, as [`open_log`] puts it together.
@@ -157,7 +186,11 @@ fn by_physics(table: &Table) -> Option<Proposal> {
 /// # Errors
 /// Those of [`examine`], and [`ImportError::OutOfMemory`] where the tables do not fit into one.
 pub fn examine_log(log: Log) -> Result<Examination, ImportError> {
-    examine(&merge(log)?.table)
+    let odd = odd_columns(&log.tables);
+    let mut found = examine(&merge(log)?.table)?;
+    found.findings.extend(odd);
+    heaviest_first(&mut found.findings);
+    Ok(found)
 }
 
 /// The same as [`examine_log`], with a small picture of every column of numbers in the order of
@@ -167,8 +200,11 @@ pub fn examine_log(log: Log) -> Result<Examination, ImportError> {
 /// # Errors
 /// Those of [`examine_log`].
 pub fn examine_drawn(log: Log, buckets: usize) -> Result<(Examination, Vec<Vec<f64>>, Thinned), ImportError> {
+    let odd = odd_columns(&log.tables);
     let table = merge(log)?.table;
-    let found = examine(&table)?;
+    let mut found = examine(&table)?;
+    found.findings.extend(odd);
+    heaviest_first(&mut found.findings);
     let thin = Thinned::new(&table, &found.mapping.time)?;
     Ok((found, table.columns.iter().map(|c| sketch(&c.values, buckets)).collect(), thin))
 }
@@ -204,6 +240,7 @@ fn frame(table: &Table, proposal: &Proposal) -> OpenReport {
         unused: proposal.unused.clone(),
         notes: proposal.notes.clone(),
         warnings: table.warnings.clone(),
+        findings: Vec::new(),
         missing: Vec::new(),
         mapping: proposal.mapping.clone(),
     }

@@ -4,6 +4,8 @@
 //! 0.15 rad/s, and everything else by its definition. Each test writes it in other units or axes and expects the same
 //! SI values back.
 
+#![allow(clippy::unwrap_used)]
+
 use drivescope_drive::drive::Drive;
 use drivescope_import::{IoSource, OpenReport, open_csv};
 
@@ -122,7 +124,8 @@ fn gravity_tells_g_from_m_s2_and_z_up_from_z_down() {
     let (_, report) = open("t,ax,ay,az", |s| vec![s.t, s.accel[0], s.accel[1], s.accel[2] + 9.81]);
     has_note(&report, "whether gravity was taken out");
     let (_, report) = open("t,ax,ay,az", |s| vec![s.t, s.accel[2], s.accel[0], s.accel[1]]);
-    has_note(&report, "along the accelerometer's x axis");
+    let lies = report.findings.iter().find(|f| f.text.contains("accel_z is +`ax`")).unwrap();
+    assert_eq!(lies.correction.as_ref().unwrap().signals["accel_z"].column, "ax");
 }
 
 #[test]
@@ -155,7 +158,10 @@ fn signs_are_turned_under_aliases_and_doubted_under_canonical_names() {
     let (drive, report) = open("t,accel_x,accel_y,gyro_z,speed,course", row);
     assert!(error(&drive, "gyro_z", |s| -s.yaw_rate) < 1e-12);
     has_note(&report, "`gyro_z` seems to have the wrong sign");
-    has_note(&report, "`accel_x` seems to have the wrong sign");
+    // With its numbers, and the correction that would turn it.
+    let told = report.findings.iter().find(|f| f.text.contains("`accel_x` as accel_x has the opposite sign")).unwrap();
+    assert!(told.text.contains("correlation -0.9") || told.text.contains("correlation -1.0"), "{}", told.text);
+    assert_eq!(told.correction.as_ref().unwrap().signals["accel_x"].scale, -1.0);
 }
 
 #[test]

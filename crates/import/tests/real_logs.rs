@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use drivescope_drive::drive::Drive;
-use drivescope_import::{IoSource, OpenReport, open_csv};
+use drivescope_import::{IoSource, OpenReport, Weight, open_csv};
 
 /// A file below the folder `shared` beside the project; `None`, with a line that says so, where it is absent.
 fn shared(path: &str) -> Option<PathBuf> {
@@ -65,6 +65,8 @@ fn case_logs_of_the_specifications_open_as_they_are() {
         let unused: Vec<_> = report.unused.iter().filter(|u| u.reason != "has no value in any row").collect();
         assert!(unused.is_empty(), "{}: {unused:?}", path.display());
         assert!(report.notes.is_empty(), "{}: {:?}", path.display(), report.notes);
+        let against: Vec<_> = report.findings.iter().filter(|f| f.weight == Weight::Contradiction).collect();
+        assert!(against.is_empty(), "{}: {against:?}", path.display());
         for used in &report.used {
             let expected = if used.signal.ends_with("_lat") || used.signal.ends_with("_lon") {
                 "deg -> rad (x 0.017453)"

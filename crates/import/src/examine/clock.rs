@@ -79,11 +79,15 @@ pub(crate) fn find(table: &Table, findings: &mut Vec<Finding>) -> Result<Clock, 
             weight: Weight::Contradiction,
             columns: vec![c.source.column, column.name.clone()],
             text,
+            correction: None,
         });
     }
     let source = TimeSource::plain(&column.name, unit);
     Ok(Clock { source, confidence: if sure { Confidence::Certain } else { Confidence::Likely }, why })
 }
+
+/// Shorter, nothing is missing, s: a bus log has messages of many rates.
+const GAP: f64 = 0.1;
 
 /// Steps back, standing clock, gaps, Unix or GPS time: what is odd in the times of the rows as the file has them.
 pub(crate) fn oddities(table: &Table, source: &TimeSource, findings: &mut Vec<Finding>) -> bool {
@@ -102,15 +106,16 @@ pub(crate) fn oddities(table: &Table, source: &TimeSource, findings: &mut Vec<Fi
             worst = worst.max(latest - v);
         }
         same += usize::from(d == 0.0);
-        if d > 10.0 * step {
+        let pause = v - latest;
+        if pause > 10.0 * step && pause * factor > GAP {
             gaps += 1;
-            longest = if d > longest.0 { (d, row) } else { longest };
+            longest = if pause > longest.0 { (pause, row) } else { longest };
         }
         previous = v;
         latest = v.max(if latest.is_nan() { v } else { latest });
     }
     let mut say = |weight: Weight, text: String| {
-        findings.push(Finding { weight, columns: vec![column.name.clone()], text });
+        findings.push(Finding { weight, columns: vec![column.name.clone()], text, correction: None });
     };
     if back > 0 && source.fraction.is_none() {
         let line = table.line_of(first_back.unwrap_or(0));
@@ -137,8 +142,9 @@ pub(crate) fn oddities(table: &Table, source: &TimeSource, findings: &mut Vec<Fi
         say(
             Weight::Note,
             format!(
-                "`{}` has {gaps} gaps of more than ten steps of {:.4} s; the longest is {:.3} s, before row {}.",
+                "`{}` has {gaps} {} of more than ten steps of {:.4} s; the longest is {:.3} s, before row {}.",
                 column.name,
+                if gaps == 1 { "gap" } else { "gaps" },
                 step * factor,
                 longest.0 * factor,
                 table.line_of(longest.1)

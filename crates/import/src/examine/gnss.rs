@@ -1,15 +1,13 @@
-//! Places among the columns, and the velocity, course and speed that go with them.
+//! The motion over ground, and the velocity, course and speed columns that go with it.
 
 use drivescope_drive::frames::wrap_angle;
-use drivescope_drive::geodesy::radii;
 
+use super::place_pairs::{Track, find_place};
 use super::scene::Field;
 use super::survey::{Kind, Role, Survey, Weight};
 use crate::propose::Confidence;
 
-const DEG: f64 = std::f64::consts::PI / 180.0;
-/// Units of places and the factor to rad.
-const ANGLES: [(&str, f64); 3] = [("deg", DEG), ("rad", 1.0), ("1e-7 deg", 1e-7 * DEG)];
+pub(super) const DEG: f64 = std::f64::consts::PI / 180.0;
 /// Units of speeds: what 1 m/s reads.
 pub(crate) const SPEEDS: [(&str, f64); 7] = [
     ("m/s", 1.0),
@@ -21,7 +19,7 @@ pub(crate) const SPEEDS: [(&str, f64); 7] = [
     ("mm/s", 1000.0),
 ];
 /// Faster is no car, m/s.
-const FASTEST: f64 = 90.0;
+pub(super) const FASTEST: f64 = 90.0;
 /// Slower, a course says nothing, m/s.
 pub(crate) const MOVING: f64 = 2.0;
 const MOST_FIXES: usize = 4000;
@@ -34,6 +32,8 @@ pub(crate) struct Motion {
     pub velocity: Vec<[f64; 2]>,
     /// m/s.
     pub speed: Vec<f64>,
+    /// Heading from the first instant on, rad, where no velocity tells; empty without it.
+    pub turned: Vec<f64>,
     /// What it rests on.
     pub label: String,
     /// How far a single velocity is off, m/s.
@@ -55,6 +55,15 @@ pub(crate) struct Interval {
 }
 
 impl Motion {
+    /// The same at no more than so many of its instants.
+    pub fn thinned(mut self, most: usize) -> Self {
+        let stride = 1 + self.time.len() / most;
+        self.time = self.time.into_iter().step_by(stride).collect();
+        self.velocity = self.velocity.into_iter().step_by(stride).collect();
+        self.speed = self.speed.into_iter().step_by(stride).collect();
+        self
+    }
+
     /// Stretches of at least 0.8 s between the instants, each `late` seconds earlier.
     pub fn intervals(&self, late: f64) -> Vec<Interval> {
         let mut out = Vec::new();
@@ -66,7 +75,11 @@ impl Motion {
             }
             let (a, b) = (self.speed[from], self.speed[to]);
             let course = |i: usize| self.velocity[i][1].atan2(self.velocity[i][0]);
-            let turn = if a.min(b) > MOVING { wrap_angle(course(to) - course(from)) } else { f64::NAN };
+            let turn = match (self.turned.get(from), self.turned.get(to)) {
+                (Some(before), Some(after)) => after - before,
+                _ if a.min(b) > MOVING => wrap_angle(course(to) - course(from)),
+                _ => f64::NAN,
+            };
             let still = a.max(b) < 0.3;
             if step < 2.5 && a.is_finite() && b.is_finite() {
                 let (from, to) = (self.time[from] - late, self.time[to] - late);
@@ -80,7 +93,7 @@ impl Motion {
 }
 
 /// Samples of a column: its own, or one a second of a fast one; without the zeros of receivers that have no fix.
-fn samples(field: &Field) -> Vec<(f64, f64)> {
+pub(super) fn samples(field: &Field) -> Vec<(f64, f64)> {
     let list: Vec<(f64, f64)> = if field.is_fast() {
         (0..field.grid.len()).step_by(10).map(|i| ((i as f64 + 0.5) * super::scene::STEP, field.grid[i])).collect()
     } else {
@@ -90,49 +103,8 @@ fn samples(field: &Field) -> Vec<(f64, f64)> {
     list.into_iter().filter(|(_, v)| v.is_finite() && *v != 0.0).step_by(stride).collect()
 }
 
-/// A way over ground: time, metres to the north and to the east.
-type Track = Vec<[f64; 3]>;
-
-/// A pair of columns that may be latitude and longitude.
-struct Pair {
-    columns: [usize; 2],
-    unit: &'static str,
-    track: Track,
-}
-
-/// Whether values in this unit move as a latitude or longitude of a car does.
-fn moves_like_a_place(values: &[(f64, f64)], factor: f64) -> bool {
-    let range = values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |r, v| [r[0].min(v.1), r[1].max(v.1)]);
-    let metres = factor * 6.37e6;
-    if range[0].abs().max(range[1].abs()) * factor > std::f64::consts::TAU || (range[1] - range[0]) * metres < 15.0 {
-        return false;
-    }
-    let fast =
-        values.windows(2).filter(|w| (w[1].1 - w[0].1).abs() * metres > FASTEST * 1.3 * (w[1].0 - w[0].0)).count();
-    // A straight line over time is a clock.
-    let line = super::clock::straightness(values);
-    50 * fast < values.len() && line > 1e-4
-}
-
-fn track(lat: &[(f64, f64)], lon: &[(f64, f64)], factor: f64) -> Track {
-    let mut out: Track = Vec::new();
-    let mut j = 0;
-    let mut origin = None;
-    for (t, a) in lat {
-        while j < lon.len() && lon[j].0 < t - 1e-3 {
-            j += 1;
-        }
-        let Some((_, b)) = lon.get(j).filter(|(time, _)| (time - t).abs() <= 1e-3) else { continue };
-        let (a, b) = (a * factor, b * factor);
-        let (a0, b0) = *origin.get_or_insert((a, b));
-        let (meridian, transverse) = radii(a0);
-        out.push([*t, (a - a0) * meridian, wrap_angle(b - b0) * transverse * a0.cos()]);
-    }
-    out
-}
-
 /// Velocity of a track at its inner points, from the points on both sides.
-fn velocity(track: &Track) -> Motion {
+pub(super) fn velocity(track: &Track) -> Motion {
     let mut motion = Motion { label: "the positions".into(), noise: 0.6, ..Motion::default() };
     let step = crate::clock::median(track.windows(2).map(|w| w[1][0] - w[0][0]).collect());
     let reach = (1.0 / step).round().clamp(1.0, 50.0) as usize;
@@ -192,123 +164,16 @@ pub(crate) fn speed_unit(factor: f64) -> (&'static str, f64) {
     (unit, factor.abs() / one)
 }
 
+pub(super) fn part_of(motion: &Motion, i: usize, part: usize) -> f64 {
+    if part == 2 { motion.speed[i] } else { motion.velocity[i][part] }
+}
+
 /// Find places, then what goes with them; gives the motion over ground by the best of them.
 pub(crate) fn find(s: &mut Survey) -> Option<Motion> {
     let place = find_place(s);
     let motion = place.as_ref().map(velocity).filter(|m| m.time.len() >= 8);
     let by_speed = find_velocity(s, motion.as_ref());
     by_speed.or(motion)
-}
-
-/// A column that may be a latitude or longitude: unit, factor to rad, samples.
-type Fit = (usize, &'static str, f64, Vec<(f64, f64)>);
-
-fn pairs(s: &Survey) -> Vec<Pair> {
-    let columns = s.columns(Kind::Place);
-    let mut fits: Vec<Fit> = Vec::new();
-    for &c in &columns {
-        let values = samples(&s.scene.fields[c]);
-        for (unit, factor) in ANGLES {
-            if values.len() >= 8 && moves_like_a_place(&values, factor) {
-                fits.push((c, unit, factor, values.clone()));
-            }
-        }
-    }
-    let mut out = Vec::new();
-    for a in &fits {
-        let half_circle = a.3.iter().all(|v| (v.1 * a.2).abs() < std::f64::consts::FRAC_PI_2);
-        for b in fits.iter().filter(|b| half_circle && b.0 != a.0 && b.1 == a.1) {
-            let track = track(&a.3, &b.3, a.2);
-            if 2 * track.len() > a.3.len() {
-                out.push(Pair { columns: [a.0, b.0], unit: a.1, track });
-            }
-        }
-    }
-    out
-}
-
-/// What is left, as a share, of the columns that follow this track's speed and velocity best, and the best of them.
-fn support(s: &Survey, pair: &Pair) -> (f64, usize) {
-    let motion = velocity(&pair.track);
-    let mut best = [(1.0, usize::MAX); 3];
-    for (c, field) in s.scene.fields.iter().enumerate() {
-        if pair.columns.contains(&c) || field.count < 10 || field.is_constant() {
-            continue;
-        }
-        for (part, best) in best.iter_mut().enumerate() {
-            let f = follow(field, &motion, 1.0, &|i| part_of(&motion, i, part));
-            let (_, ratio) = speed_unit(f.factor);
-            let left = f.left + ratio.ln().abs();
-            if left < best.0 && f.correlation.abs() > 0.5 {
-                *best = (left, c);
-            }
-        }
-    }
-    // Mostly the speed; its parts tell which two columns belong together.
-    let [north, east, speed] = best;
-    let by = if speed.1 < usize::MAX { speed.1 } else { north.1.min(east.1) };
-    (speed.0.min(0.5 * (north.0 + east.0)) + 0.3 * (north.0 + east.0), by)
-}
-
-fn part_of(motion: &Motion, i: usize, part: usize) -> f64 {
-    if part == 2 { motion.speed[i] } else { motion.velocity[i][part] }
-}
-
-fn find_place(s: &mut Survey) -> Option<Track> {
-    let mut list: Vec<(f64, usize, Pair)> = pairs(s)
-        .into_iter()
-        .map(|p| {
-            let (left, by) = support(s, &p);
-            (left, by, p)
-        })
-        .collect();
-    list.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut list = list.into_iter();
-    let (mut left, mut by, mut pair) = list.next()?;
-    let [lat, lon] = pair.columns;
-    // The same two the other way round, if that is possible too.
-    let other = list.find(|(_, _, p)| p.columns == [lon, lat] && p.unit == pair.unit);
-    let named = |c: usize, signal: &str| s.names[c].as_ref().is_some_and(|n| n.signal == signal);
-    let mut order = Confidence::Certain;
-    if let Some((left2, by2, pair2)) = other {
-        let clear = left2 > 1.5 * left + 0.05;
-        order = if clear { Confidence::Likely } else { Confidence::Guess };
-        if !clear && named(lat, "gnss_lon") {
-            (left, by, pair) = (left2, by2, pair2);
-        }
-    }
-    let [lat, lon] = pair.columns;
-    let supported = left < 0.75 && by != usize::MAX;
-    let mut confidence = if supported { order } else { order.min(Confidence::Likely) };
-    let length: f64 = pair.track.windows(2).map(|w| (w[1][1] - w[0][1]).hypot(w[1][2] - w[0][2])).sum();
-    let mut why = format!("in {} the two columns move like a car, {length:.0} m in all", pair.unit);
-    if supported {
-        why += &format!(", as fast as {} says", s.label(by));
-    } else if s.names.iter().all(Option::is_none) {
-        confidence = Confidence::Guess;
-    }
-    if named(lat, "gnss_lon") || named(lon, "gnss_lat") {
-        let text = format!("{} and {} are swapped: read the other way round, {why}.", s.label(lat), s.label(lon));
-        s.find(Weight::Contradiction, &[lat, lon], text);
-    } else if order == Confidence::Guess && !named(lat, "gnss_lat") {
-        let text =
-            format!("which of {} and {} is the latitude cannot be told: both orders fit.", s.label(lat), s.label(lon));
-        s.find(Weight::Guess, &[lat, lon], text);
-    } else if order == Confidence::Guess {
-        confidence = Confidence::Likely;
-    }
-    for (column, signal) in [(lat, "gnss_lat"), (lon, "gnss_lon")] {
-        let role = Role {
-            signal: signal.into(),
-            unit: pair.unit.into(),
-            scale: 1.0,
-            offset: 0.0,
-            confidence,
-            why: why.clone(),
-        };
-        s.assign(column, role);
-    }
-    Some(pair.track)
 }
 
 /// Velocity to the north and east, course and speed of the receiver, by the way over the ground.

@@ -4,19 +4,27 @@
 //! not. Everything leans on the motion over ground: places tell velocity, that tells speeds, those tell the
 //! accelerometer's axes, and so on to the magnetometer. What a drive cannot show is said as a guess.
 
+mod at_rest;
 mod choices;
 mod clash;
 mod clock;
+mod compare;
 mod delay;
+mod evidence;
 mod gnss;
+mod grain;
+mod gyro;
 mod inertial;
 mod linear;
 mod magnetic;
 mod others;
+mod place_pairs;
+mod reversing;
 mod run;
 mod scene;
 mod sketch;
 mod speeds;
+mod strangers;
 mod survey;
 mod trial;
 
@@ -24,17 +32,25 @@ use serde::Serialize;
 
 pub use self::choices::{Choice, choices};
 pub use self::clash::{Clash, Correction};
+pub(crate) use self::compare::contradictions;
+pub use self::evidence::Evidence;
+pub(crate) use self::grain::odd_columns;
 pub(crate) use self::linear::lean_rows;
 pub(crate) use self::sketch::sketch;
+pub(crate) use self::survey::heaviest_first;
 pub use self::survey::{Finding, Weight};
 use self::survey::{Kind, Role, Survey, canonical_unit, kind};
 pub use self::trial::{TRIAL_SERIES, Thinned, Trial, try_out};
 use crate::clock::times;
+use crate::correction::Amendment;
 use crate::error::ImportError;
 use crate::mapping::{Mapping, Mount, SignalSource};
 use crate::names::CHANNELS;
 use crate::propose::{Candidate, Confidence, Proposal, choose, propose};
 use crate::table::Table;
+
+/// How the reason ends of a column that nothing but its name tells.
+const BY_NAME: &str = "; by name only, this drive does not show it";
 
 /// What was found about a table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -80,6 +96,10 @@ pub struct ColumnView {
     pub why: String,
     /// What the name alone says, where physics says something else.
     pub name_says: Option<String>,
+    /// Rests on its name alone: this drive does not show it.
+    pub by_name: bool,
+    /// How it goes with the motion.
+    pub evidence: Option<Evidence>,
 }
 
 /// How a housing leans on its mount.
@@ -197,7 +217,7 @@ fn fill(s: &mut Survey, p: &Proposal) {
             scale: source.scale * turn,
             offset: source.offset,
             confidence,
-            why: format!("{why}; by name only, this drive does not show it"),
+            why: format!("{why}{BY_NAME}"),
         });
     }
 }
@@ -242,10 +262,8 @@ impl Finished<'_> {
         }
         for (i, role) in s.roles.iter().enumerate() {
             let Some(role) = role else { continue };
-            let unit = (canonical_unit(&role.signal) != role.unit).then(|| role.unit.clone());
             let blank = blanks.iter().filter(|b| b.0 == i).map(|b| b.1).collect();
-            let plain = SignalSource::plain(&s.table.columns[i].name);
-            let source = SignalSource { unit, scale: role.scale, offset: role.offset, blank, ..plain };
+            let source = SignalSource { blank, ..s.source(i, role) };
             mapping.signals.insert(role.signal.clone(), source);
             let held = s.scene.fields[i].held.then(|| channel(&role.signal)).flatten();
             if let Some(channel) = held.filter(|c| ["gnss", "baro"].contains(c))
@@ -256,9 +274,10 @@ impl Finished<'_> {
         }
         let mounts = mounts(s, &mut mapping);
         let delays = delays(s, &mut mapping);
+        say(s, &mounts, &delays);
         let columns = (0..s.table.columns.len()).map(|i| self.column(i)).collect();
         let mut findings = std::mem::take(&mut self.s.findings);
-        findings.sort_by_key(|f| std::cmp::Reverse(f.weight));
+        heaviest_first(&mut findings);
         Ok(Examination { mapping, columns, mounts, delays, findings, names_believed: self.believed })
     }
 
@@ -281,6 +300,8 @@ impl Finished<'_> {
             confidence: role.as_ref().map(|r| r.confidence),
             why: role.as_ref().map_or_else(|| self.why_not(i), |r| r.why.clone()),
             name_says,
+            by_name: role.as_ref().is_some_and(|r| r.why.ends_with(BY_NAME)),
+            evidence: self.s.evidence[i].clone(),
         };
         if is_clock {
             let step = crate::clock::median_step(&raw.values);
@@ -304,6 +325,38 @@ impl Finished<'_> {
             None if self.s.scene.fields[i].is_constant() => "never changes".into(),
             None => "nothing in this drive tells what it is".into(),
         }
+    }
+}
+
+/// Say how housings lean and how late sensors are, with the corrections.
+fn say(s: &mut Survey, mounts: &[MountFound], delays: &[DelayFound]) {
+    for m in mounts.iter().filter(|m| m.sigma_deg < 20.0) {
+        let Mount { roll_deg, pitch_deg, yaw_deg } = m.mount;
+        let size = roll_deg.abs().max(pitch_deg.abs()).max(yaw_deg.abs());
+        if size < 2.0 {
+            continue;
+        }
+        let text = format!(
+            "the housing of {} leans by roll {roll_deg:.1}, pitch {pitch_deg:.1}, yaw {yaw_deg:.1} deg on its mount, directions to {:.1} deg: by {}.",
+            m.channel, m.sigma_deg, m.why
+        );
+        let mut correction = Amendment::default();
+        if m.applied {
+            correction.mounts.insert(m.channel.clone(), m.mount);
+        }
+        s.propose(Weight::Guess, &[], text, correction);
+    }
+    for d in delays.iter().filter(|d| d.applied) {
+        let text = format!(
+            "{} is {:.0} ms late against the inertial sensor (1-sigma {:.0} ms): by {}.",
+            d.channel,
+            1e3 * d.late,
+            1e3 * d.sigma,
+            d.why
+        );
+        let mut correction = Amendment::default();
+        correction.delays.insert(d.channel.clone(), d.late);
+        s.propose(Weight::Guess, &[], text, correction);
     }
 }
 

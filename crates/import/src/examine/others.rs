@@ -7,6 +7,7 @@ use super::linear::{Normal, Solved};
 use super::scene::{Field, slope};
 use super::survey::{Kind, Role, Survey, Weight};
 use crate::evidence::nearest;
+use crate::order::sort_by;
 use crate::propose::Confidence;
 
 /// What 1 rad of path curvature times metres reads: road wheels and steering wheel, of a car of 2.7 m with some understeer.
@@ -40,7 +41,7 @@ pub(crate) fn find_steering(s: &mut Survey, motion: &Motion, late: f64, fast: Op
             list.push((column, f));
         }
     }
-    list.sort_by(|a, b| b.1.explained.total_cmp(&a.1.explained));
+    sort_by(&mut list, |a, b| b.1.explained.total_cmp(&a.1.explained));
     for (column, f) in list {
         steering(s, column, &f, motion);
     }
@@ -116,7 +117,7 @@ pub(crate) fn find_altitude(s: &mut Survey, climb: &Field, speed: &Field, fixes:
         }
     }
     list.retain(|h| h.explained > 0.6 && h.slope > 0.0 && h.change > 2.0);
-    list.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+    sort_by(&mut list, |a, b| b.explained.total_cmp(&a.explained));
     let is_fix = |s: &Survey, c: usize| {
         fixes.is_some_and(|f| (s.scene.fields[f].period / s.scene.fields[c].period - 1.0).abs() < 0.1)
     };
@@ -177,47 +178,6 @@ pub(crate) fn find_vertical(s: &mut Survey, motion: &Motion) {
     );
     let scale = -slope.signum();
     s.assign(column, Role { signal: "gnss_vd".into(), unit: unit.into(), scale, offset: 0.0, confidence, why });
-}
-
-/// What columns without a role follow: turn rate, or forward or sideways acceleration of the motion.
-pub(crate) fn strangers(s: &mut Survey, motion: &Motion, late: f64) {
-    const WHAT: [(&str, f64); 3] =
-        [("the rate of turn", 0.004), ("the change of the speed", 0.1), ("speed times rate of turn", 0.1)];
-    let intervals = motion.intervals(late);
-    for column in 0..s.roles.len() {
-        let field = &s.scene.fields[column];
-        if s.roles[column].is_some() || field.count < 10 || field.is_constant() || field.period > 0.3 {
-            continue;
-        }
-        let mut best = (0.0, 0, 0.0);
-        for (k, (_, least)) in WHAT.iter().enumerate() {
-            let mut n = Normal::default();
-            let (mut sum, mut count) = (0.0, 0.0);
-            for i in &intervals {
-                let rate = i.turn / (i.to - i.from);
-                let x = [rate, i.accel, i.speed * rate][k];
-                n.add(&[x, 1.0], field.mean(i.from, i.to));
-                if x.is_finite() {
-                    (sum, count) = (sum + x * x, count + 1.0);
-                }
-            }
-            let f = n.solve(2);
-            if f.count >= 15.0 && f.explained > best.0 && sum > least * least * count {
-                best = (f.explained, k, f.x[0]);
-            }
-        }
-        if best.0 > 0.6 {
-            let text = format!(
-                "{} follows {} of {}: {:.3} times it in SI units, correlation {:.2}.",
-                s.label(column),
-                WHAT[best.1].0,
-                motion.label,
-                best.2,
-                best.0.sqrt().copysign(best.2)
-            );
-            s.find(Weight::Note, &[column], text);
-        }
-    }
 }
 
 /// Values of an altitude that stand for none: far from all others, and the same each time.

@@ -4,17 +4,20 @@ use drivescope_drive::geodesy::STANDARD_GRAVITY;
 
 use super::delay::{lag, of_fixes};
 use super::gnss::{self, Motion};
-use super::inertial::{self, Triad, Yaw};
+use super::gyro::{self, Yaw};
+use super::inertial::{self, Triad};
 use super::linear::lean_rows;
 use super::magnetic::{self, Earth};
 use super::scene::{Field, Scene, slope};
 use super::survey::{Kind, Role, Survey, Weight};
-use super::{others, speeds};
+use super::{at_rest, evidence, grain, others, reversing, speeds, strangers};
 use crate::propose::{Candidate, Confidence};
 use crate::table::Table;
 
 /// The car's yaw answers to the steering so much later, s, and how far that varies from car to car.
 const YAW_LAG: [f64; 2] = [0.06, 0.05];
+/// Between the wheels of an axle, m.
+const TRACK: f64 = 1.55;
 /// Lags that are smaller do no harm, s.
 const SMALL_DELAY: f64 = 0.03;
 
@@ -26,20 +29,56 @@ pub(crate) fn run<'t>(
     skip: &dyn Fn(usize) -> bool,
 ) -> Survey<'t> {
     let scene = Scene::new(table, time, skip);
-    let roles = vec![None; table.columns.len()];
-    let mut s = Survey { table, scene, names, roles, findings: Vec::new(), delays: Vec::new(), mounts: Vec::new() };
-    let by_fixes = gnss::find(&mut s);
-    let Some(motion) = by_fixes.or_else(|| by_named_speed(&s)) else { return s };
-    gnss::find_course(&mut s, &motion);
-    let accel = inertial::find_accel(&s, &motion, 0.0, None, None);
-    if let Some((triad, _)) = &accel {
-        hold(&mut s, &triad.columns);
-    }
-    speeds::find(&mut s, &motion, None);
-    let speed = fast_speed(&s);
-    let late = inertial_sensor(&mut s, &motion, accel, speed);
-    others::strangers(&mut s, &motion, late);
+    let mut s = Survey::new(table, scene, names);
+    look(&mut s);
     s
+}
+
+/// Everything that the motion over ground tells, and then what needs none.
+fn look(s: &mut Survey) {
+    let found = in_motion(s);
+    if let Some((motion, late)) = &found {
+        let speed = fast_speed(s).map(|(column, v)| (column, Field::made(v)));
+        evidence::lone_axes(s, (motion, *late), speed.as_ref());
+        strangers::look(s, motion, *late);
+        heading_span(s, motion);
+        evidence::gather(s, (motion, *late), speed.as_ref());
+    }
+    reversing::look(s);
+    at_rest::look(s, found.as_ref().map(|f| &f.0));
+    grain::look(s);
+}
+
+/// Say that a straight road hides which way is right.
+fn heading_span(s: &mut Survey, motion: &Motion) {
+    let moving = (0..motion.time.len()).filter(|&i| motion.speed[i] > 2.0 * gnss::MOVING);
+    let course: Vec<f64> = moving.map(|i| motion.velocity[i][1].atan2(motion.velocity[i][0])).collect();
+    let Some(&first) = course.first().filter(|c| c.is_finite() && course.len() > 20) else { return };
+    let off = |v: &f64| drivescope_drive::frames::wrap_angle(v - first);
+    let ends = course.iter().map(off).fold([0.0_f64; 2], |r, v| [r[0].min(v), r[1].max(v)]);
+    let span = ends[1] - ends[0];
+    if span < 0.15 {
+        let text = format!(
+            "the course of {} stays within {:.1} deg: which way is right, lateral signs and the magnetometer this drive hardly shows.",
+            motion.label,
+            span.to_degrees()
+        );
+        s.find(Weight::Note, &[], text);
+    }
+}
+
+/// The motion, and how late it is.
+fn in_motion(s: &mut Survey) -> Option<(Motion, f64)> {
+    let motion = gnss::find(s).or_else(|| by_named_speed(s))?;
+    gnss::find_course(s, &motion);
+    let accel = inertial::find_accel(s, &motion, 0.0, None, None);
+    if let Some((triad, _)) = &accel {
+        hold(s, &triad.columns);
+    }
+    speeds::find(s, &motion, None);
+    let speed = fast_speed(s).map(|v| v.1);
+    let late = inertial_sensor(s, &motion, accel, speed);
+    Some((motion, late))
 }
 
 /// Without fixes: the motion that a named speed of the car gives.
@@ -60,16 +99,36 @@ fn by_named_speed(s: &Survey) -> Option<Motion> {
             motion.speed.push(v);
         }
     }
+    if let Some(sides) = sides_by_name(s) {
+        let turned = Field::made(inertial::integral(&sides));
+        motion.turned = motion.time.iter().map(|t| turned.at(*t) / TRACK).collect();
+        motion.label += " and the wheels of both sides";
+    }
     (motion.time.len() >= 10).then_some(motion)
 }
 
-/// The car's speed on the grid in m/s, from the best fast column.
-fn fast_speed(s: &Survey) -> Option<Vec<f64>> {
+/// How much faster the left wheels run than the right ones, m/s, on the grid, by their names.
+fn sides_by_name(s: &Survey) -> Option<Vec<f64>> {
+    let wheel = |name: &str| {
+        let column = s.names.iter().position(|c| c.as_ref().is_some_and(|c| c.signal == name))?;
+        let c = s.names[column].as_ref()?;
+        let field = &s.scene.fields[column];
+        let factor = c.scale * crate::units::factor(&c.unit, "m/s")?;
+        (field.is_fast() && !field.is_constant()).then_some((&field.grid, factor))
+    };
+    let pair = |l: &str, r: &str| Some((wheel(l)?, wheel(r)?));
+    let ((left, p), (right, q)) =
+        pair("wheel_speed_rl", "wheel_speed_rr").or_else(|| pair("wheel_speed_fl", "wheel_speed_fr"))?;
+    Some(left.iter().zip(right).map(|(a, b)| p * a - q * b).collect())
+}
+
+/// The best fast column of the car's speed, and its values on the grid, m/s.
+fn fast_speed(s: &Survey) -> Option<(usize, Vec<f64>)> {
     const NAMES: [&str; 5] = ["speed", "wheel_speed_rl", "wheel_speed_rr", "wheel_speed_fl", "wheel_speed_fr"];
     let columns: Vec<usize> = NAMES.iter().filter_map(|n| s.of(n)).filter(|c| s.scene.fields[*c].is_fast()).collect();
     let first = *columns.first()?;
     let factor = s.factor(first);
-    Some(s.scene.fields[first].grid.iter().map(|v| v * factor).collect())
+    Some((first, s.scene.fields[first].grid.iter().map(|v| v * factor).collect()))
 }
 
 /// Let go of the car's speeds, to tell the wheels apart by the gyro.
@@ -107,7 +166,7 @@ fn inertial_sensor(s: &mut Survey, motion: &Motion, accel: Option<(Triad, f64)>,
         car_late = car_delay(s, triad, speed);
     }
     let upright = accel.as_ref().map(|(t, _)| lean_rows(t.seating.lean)[2][2]);
-    let yaw = inertial::find_yaw(s, motion, 0.0, upright);
+    let yaw = gyro::find_yaw(s, motion, 0.0, upright);
     if let Some(y) = &yaw {
         hold(s, &[y.column]);
         let rate = Field::made(yaw_rate(s, y));
@@ -117,7 +176,7 @@ fn inertial_sensor(s: &mut Survey, motion: &Motion, accel: Option<(Triad, f64)>,
         s.roles[y.column] = None;
     }
     let late = fix_delay(s, motion, yaw.as_ref(), speed.as_deref().map(|v| (v, car_late)));
-    let yaw = yaw.and_then(|_| inertial::find_yaw(s, motion, late, upright)).or(yaw);
+    let yaw = yaw.and_then(|_| gyro::find_yaw(s, motion, late, upright)).or(yaw);
     if let Some(y) = &yaw {
         hold(s, &[y.column]);
     }
@@ -141,7 +200,7 @@ fn inertial_sensor(s: &mut Survey, motion: &Motion, accel: Option<(Triad, f64)>,
     }
     let mut across = None;
     if let (Some(t), Some(v), Some(y), Some(rate)) = (&triad, &aligned, &yaw, &rate) {
-        across = inertial::find_across(s, y, t.seating.lean, &inertial::car_rates(s, t, rate, v));
+        across = gyro::find_across(s, y, t.seating.lean, &gyro::car_rates(s, t, rate, v));
     }
     if let Some(a) = &across {
         hold(s, &[a[0].column, a[1].column]);
@@ -160,7 +219,7 @@ fn inertial_sensor(s: &mut Survey, motion: &Motion, accel: Option<(Triad, f64)>,
         handed(s, t);
     }
     if let Some(y) = &yaw {
-        inertial::seat_gyro(s, y, across, motion);
+        gyro::seat_gyro(s, y, across, motion);
     }
     late
 }
@@ -252,7 +311,9 @@ fn fix_delay(s: &mut Survey, motion: &Motion, yaw: Option<&Yaw>, speed: Option<(
     let speed = speed.map(|(v, late)| (Field::made(v.to_vec()), late));
     let Some(l) = of_fixes(motion, rate.as_ref(), speed.as_ref().map(|(f, late)| (f, *late))) else { return 0.0 };
     let text = format!("turns and changes of speed of {} against the yaw gyro and the car's speed", motion.label);
-    s.delays.push(("gnss", l.late, l.sigma.max(0.01), text));
+    if motion.column.is_none() {
+        s.delays.push(("gnss", l.late, l.sigma.max(0.01), text));
+    }
     if l.sigma < 0.1 { l.late } else { 0.0 }
 }
 

@@ -7,6 +7,8 @@ use crate::table::Table;
 pub(crate) const STEP: f64 = 0.1;
 /// Most bins that are looked at: 100 minutes.
 const LONGEST: usize = 60_000;
+/// Most bins of all columns together: the wider a table, the less of it is looked at. 100 MB.
+const MOST: usize = 4_000_000;
 /// Values with more time between them are samples of their own, s.
 const FAST: f64 = 0.15;
 /// Longest time between samples that is bridged by a straight line: of fast and of slow columns, s.
@@ -43,7 +45,8 @@ impl Scene {
     pub fn new(table: &Table, time: &[f64], skip: &dyn Fn(usize) -> bool) -> Self {
         let start = time.iter().copied().find(|t| t.is_finite()).unwrap_or(0.0);
         let end = time.iter().copied().filter(|t| t.is_finite()).fold(start, f64::max);
-        let bins = (((end - start) / STEP) as usize + 1).min(LONGEST);
+        let wide = (0..table.columns.len()).filter(|i| !skip(*i)).count().max(1);
+        let bins = (((end - start) / STEP) as usize).min(LONGEST.min(MOST / wide)) + 1;
         let mut rows = Vec::with_capacity(time.len().min(u32::MAX as usize));
         let mut latest = f64::NEG_INFINITY;
         for (row, &t) in time.iter().enumerate() {

@@ -4,6 +4,7 @@ use super::gnss::{Follow, Motion, follow, speed_unit};
 use super::linear::Normal;
 use super::scene::Field;
 use super::survey::{Kind, Role, Survey, Weight};
+use crate::order::sort_by;
 use crate::propose::Confidence;
 
 /// A column that follows the speed over ground.
@@ -216,7 +217,7 @@ fn nameless(s: &mut Survey, list: &[Speed], sides: &[(f64, f64)], motion: &Motio
     }
     let told = !left.is_empty() && !right.is_empty();
     let mut rest: Vec<usize> = (0..list.len()).filter(|i| s.roles[list[*i].column].is_none()).collect();
-    rest.sort_by(|a, b| sides[*a].0.abs().total_cmp(&sides[*b].0.abs()));
+    sort_by(&mut rest, |a, b| sides[*a].0.abs().total_cmp(&sides[*b].0.abs()));
     for (rank, i) in rest.into_iter().enumerate() {
         // Without turns any of them may be a wheel's.
         let confidence = match (rank, told || list.len() == 1) {

@@ -3,7 +3,10 @@
 use drivescope_drive::csv::file_unit;
 use serde::Serialize;
 
+use super::evidence::Evidence;
 use super::scene::Scene;
+use crate::correction::Amendment;
+use crate::mapping::SignalSource;
 use crate::names::signal;
 use crate::propose::{Candidate, Confidence};
 use crate::table::Table;
@@ -77,6 +80,14 @@ pub struct Finding {
     pub columns: Vec<String>,
     /// The sentence.
     pub text: String,
+    /// What it proposes to change in the mapping.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub correction: Option<Amendment>,
+}
+
+/// Contradictions first, what is said first of equal weight.
+pub(crate) fn heaviest_first(findings: &mut Vec<Finding>) {
+    crate::order::sort_by(findings, |a, b| b.weight.cmp(&a.weight));
 }
 
 /// A table under examination.
@@ -87,13 +98,30 @@ pub(crate) struct Survey<'t> {
     pub names: Vec<Option<Candidate>>,
     pub roles: Vec<Option<Role>>,
     pub findings: Vec<Finding>,
+    /// How columns go with the motion.
+    pub evidence: Vec<Option<Evidence>>,
     /// How late each channel is against the inertial sensor: channel, s, 1-sigma, what it rests on.
     pub delays: Vec<(&'static str, f64, f64, String)>,
     /// How a housing leans on its mount: channel, roll, pitch and yaw, rad, 1-sigma of the directions, what it rests on.
     pub mounts: Vec<(&'static str, [f64; 3], f64, String)>,
 }
 
-impl Survey<'_> {
+impl<'t> Survey<'t> {
+    /// Nothing known yet; `names` are believed.
+    pub fn new(table: &'t Table, scene: Scene, names: Vec<Option<Candidate>>) -> Self {
+        let count = table.columns.len();
+        Self {
+            table,
+            scene,
+            names,
+            roles: vec![None; count],
+            findings: Vec::new(),
+            evidence: vec![None; count],
+            delays: Vec::new(),
+            mounts: Vec::new(),
+        }
+    }
+
     /// Whether a column may be of a kind: not taken, with values that change, and not named otherwise.
     pub fn may_be(&self, column: usize, wanted: Kind) -> bool {
         let field = &self.scene.fields[column];
@@ -122,6 +150,16 @@ impl Survey<'_> {
         self.roles.iter().position(|r| r.as_ref().is_some_and(|r| r.signal == signal))
     }
 
+    /// Column and factor to SI of a signal: by its role, else by its name.
+    pub fn known(&self, wanted: &str) -> Option<(usize, f64)> {
+        if let Some(column) = self.of(wanted) {
+            return Some((column, self.factor(column)));
+        }
+        let column = self.names.iter().position(|c| c.as_ref().is_some_and(|c| c.signal == wanted))?;
+        let c = self.names[column].as_ref().filter(|_| self.roles[column].is_none())?;
+        Some((column, c.scale * units::factor(&c.unit, signal(wanted)?.unit)?))
+    }
+
     /// Factor from the raw values of a column to SI as its role has it.
     pub fn factor(&self, column: usize) -> f64 {
         let Some(role) = &self.roles[column] else { return f64::NAN };
@@ -144,7 +182,8 @@ impl Survey<'_> {
                         role.unit,
                         role.why
                     );
-                    self.find(Weight::Contradiction, &[column], text);
+                    let source = self.source(column, &role);
+                    self.propose(Weight::Contradiction, &[column], text, Amendment::of(&role.signal, source));
                     role.confidence = role.confidence.min(Confidence::Likely);
                     role.unit = stated;
                 }
@@ -154,9 +193,23 @@ impl Survey<'_> {
         self.roles[column] = Some(role);
     }
 
+    /// Where a signal comes from as a role has it.
+    pub fn source(&self, column: usize, role: &Role) -> SignalSource {
+        let unit = (canonical_unit(&role.signal) != role.unit).then(|| role.unit.clone());
+        let plain = SignalSource::plain(&self.table.columns[column].name);
+        SignalSource { unit, scale: role.scale, offset: role.offset, ..plain }
+    }
+
+    /// Say something about columns.
     pub fn find(&mut self, weight: Weight, columns: &[usize], text: String) {
+        self.propose(weight, columns, text, Amendment::default());
+    }
+
+    /// Say something about columns, with what it would change in the mapping.
+    pub fn propose(&mut self, weight: Weight, columns: &[usize], text: String, correction: Amendment) {
         let columns = columns.iter().map(|&c| self.table.columns[c].name.clone()).collect();
-        self.findings.push(Finding { weight, columns, text });
+        let correction = Some(correction).filter(|c| !c.is_empty());
+        self.findings.push(Finding { weight, columns, text, correction });
     }
 }
 
