@@ -69,6 +69,16 @@ test('only what physics is sure of is a doubt about a reading, and guesses are c
   expect(taken.origin?.lat_deg).toBe(1);
 });
 
+test('a guess does not overrule a name, nor does the mount that was found with it', () => {
+  const mounts = { imu: { roll_deg: 0, pitch_deg: 0, yaw_deg: 3 }, mag: { roll_deg: 1, pitch_deg: 0, yaw_deg: 0 } };
+  const swapped = { ...MAPPING, signals: { accel_y: { column: 'ax' }, gyro_z: { column: 'r', scale: -1 } }, mounts };
+  const named = { ...view('ax', 'guess'), name_says: 'accel_x' };
+  const taken = takeAll(MAPPING, found(swapped, [named, view('r', 'likely')]));
+  expect(taken.signals).toEqual({ accel_x: MAPPING.signals['accel_x'], gyro_z: { column: 'r', scale: -1 } });
+  expect(Object.keys(taken.mounts ?? {})).toEqual(['mag']);
+  expect(takeAll(MAPPING, found(swapped, [view('ax', 'guess')]))).toEqual({ ...MAPPING, ...swapped });
+});
+
 test('one column, or mounts and delays alone, can be taken', () => {
   const physics = found({ ...MAPPING, signals: { accel_x: { column: 'ax' }, gyro_z: { column: 'r', scale: -1 } }, delays: { gnss: 0.1 } });
   const one = takeColumn(MAPPING, physics, 'r');

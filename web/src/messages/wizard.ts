@@ -17,7 +17,7 @@ export const wizard = {
   changed: 'Changed; not applied yet.',
   undo: 'Undo changes',
   startOver: 'Back to the first reading',
-  takeAll: 'Take all that physics proposes',
+  takeAll: 'Take all that physics proposes, but no guess against a name',
   takeMounts: 'Take mounts and delays as found',
   head: { column: 'Column', measured: 'Measured', signal: 'Read as', unit: 'Unit', scale: 'Factor', offset: 'Offset', why: 'Why' },
   table: 'Columns and what they are read as',

@@ -101,9 +101,21 @@ export function takePhysics(mapping: Mapping, found: Found): Mapping {
   return withMember(withMember(mapping, 'mounts', found.mapping.mounts), 'delays', found.mapping.delays);
 }
 
-/** Everything that physics proposes; what it has no opinion of (origin, disk) stays. */
+/**
+ * Everything that physics proposes; what it has no opinion of (origin, disk) stays. A column whose name says what it is stays as it
+ * is read where physics only guesses otherwise, and then its sensor's mount too, which was found with the guess.
+ */
 export function takeAll(mapping: Mapping, found: Found): Mapping {
-  return { ...mapping, ...found.mapping, ...(mapping.origin ? { origin: mapping.origin } : {}), ...(mapping.disk ? { disk: mapping.disk } : {}) };
+  const named = new Set(found.columns.filter((c) => c.confidence === 'guess' && c.name_says !== null).map((c) => c.column));
+  const guessed = new Set([...named].filter((c) => signalsOf(mapping, c).join() !== signalsOf(found.mapping, c).join()));
+  const of = (from: Mapping, isGuessed: boolean) => Object.entries(from.signals).filter(([, source]) => guessed.has(source.column) === isGuessed);
+  const kept = of(mapping, true);
+  const signals = Object.fromEntries([...kept, ...of(found.mapping, false)]);
+  const channels = new Set(kept.map(([signal]) => (/^(accel|gyro)_/.test(signal) ? 'imu' : (signal.split('_')[0] ?? signal))));
+  const { mounts } = found.mapping;
+  const fitting = Object.entries(mounts ?? {}).filter(([channel]) => !channels.has(channel));
+  const taken = { ...mapping, ...found.mapping, signals, ...(mapping.origin ? { origin: mapping.origin } : {}), ...(mapping.disk ? { disk: mapping.disk } : {}) };
+  return mounts ? withMember(taken, 'mounts', fitting.length > 0 ? Object.fromEntries(fitting) : undefined) : taken;
 }
 
 /** Read one column as physics proposes. */
