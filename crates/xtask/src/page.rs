@@ -38,8 +38,7 @@ pub const MODULES: [&Module; 5] = [&CORE, &DRIVES, &DOCTOR, &GALLERY, &READERS];
 
 /// Crates that are built smaller for the page than natively, with their level: CSV is read there a fifth slower for it, and
 /// the readers weigh a tenth less.
-const SMALL: [(&str, &str); 4] =
-    [("drivescope-import", "z"), ("drivescope-readers", "z"), ("ruzstd", "z"), ("miniz_oxide", "s")];
+const SMALL: [(&str, &str); 3] = [("drivescope-import", "z"), ("ruzstd", "z"), ("miniz_oxide", "s")];
 
 /// Build everything that the page needs into `web/dist` and print sizes.
 ///
