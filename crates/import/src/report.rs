@@ -111,8 +111,7 @@ fn open_examined(
         (Some(mapping), ..) => given(&table, mapping),
         (None, Ok(_), Some(found)) if !found.names_believed => by_physics(found),
         (None, Ok(by_name), _) => by_name,
-        (None, Err(ImportError::NoSignals { .. } | ImportError::NoTime { .. }), Some(found)) => by_physics(found),
-        // Physics tells what a column is, and not what is wrong with its rows.
+        (None, Err(error), Some(found)) if replaces_names(found, &error) => by_physics(found),
         (None, Err(error), _) => return Err(error),
     };
     let mut findings = examined.map_or(Vec::new(), |found| settle(&mut proposal, found, mapping.is_some()));
@@ -167,6 +166,16 @@ pub fn open_log(mut log: Log, mapping: Option<&Mapping>) -> Result<(Drive, OpenR
     report.unused.extend(unused);
     report.notes.splice(0..0, notes);
     Ok((drive, report))
+}
+
+/// Whether an examination can stand in for names that led to an error: where they told nothing, and where the clock steps
+/// back, which is put right by leaving rows out, if no column with a known name is lost for it.
+fn replaces_names(found: &Examination, error: &ImportError) -> bool {
+    match error {
+        ImportError::NoSignals { .. } | ImportError::NoTime { .. } => true,
+        ImportError::TimeBackwards { .. } => found.columns.iter().all(|c| c.name_says.is_none() || c.signal.is_some()),
+        _ => false,
+    }
 }
 
 /// Where names explain nothing: what physics says, with every entry's reason.
