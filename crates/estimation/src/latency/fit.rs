@@ -5,7 +5,7 @@ use super::{LONGEST, SHARED_ROWS, STEP};
 /// Signals that are fitted.
 pub(super) const SIGNALS: usize = 6;
 /// Delays are tried in steps of so many.
-const TRIED_STEP: usize = 2;
+const TRIED_STEP: usize = 4;
 /// Delays that are tried.
 pub(super) const TRIED: usize = 2 * LONGEST / TRIED_STEP + 1;
 
