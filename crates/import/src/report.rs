@@ -111,8 +111,9 @@ fn open_examined(
         (Some(mapping), ..) => given(&table, mapping),
         (None, Ok(_), Some(found)) if !found.names_believed => by_physics(found),
         (None, Ok(by_name), _) => by_name,
-        (None, Err(_), Some(found)) => by_physics(found),
-        (None, Err(error), None) => return Err(error),
+        (None, Err(ImportError::NoSignals { .. } | ImportError::NoTime { .. }), Some(found)) => by_physics(found),
+        // Physics tells what a column is, and not what is wrong with its rows.
+        (None, Err(error), _) => return Err(error),
     };
     let mut findings = examined.map_or(Vec::new(), |found| settle(&mut proposal, found, mapping.is_some()));
     findings.extend(odd);

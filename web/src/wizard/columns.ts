@@ -39,7 +39,7 @@ export class ColumnsDialog {
   #apply = h('button.primary', { type: 'button', onclick: () => void this.#applyDraft() }, say.apply);
   #undo = h('button', { type: 'button', onclick: () => this.#set(this.#watch.mapping) }, say.undo);
   #startOver = h('button', { type: 'button', onclick: () => this.#set(this.#watch.first) }, say.startOver);
-  #takeAll = h('button', { type: 'button', onclick: () => this.#take(takeAll) }, say.takeAll);
+  #takeAll = h('button', { type: 'button', title: say.takeAllTitle, onclick: () => this.#take(takeAll) }, say.takeAll);
   #takeMounts = h('button', { type: 'button', onclick: () => this.#take(takePhysics) }, say.takeMounts);
   #examine = h('button', { type: 'button', onclick: () => void this.#watch.examine() }, say.examine);
   /** Try the mapping as it stands; of many changes the last one counts. */
