@@ -111,12 +111,44 @@ fn wheel_speeds_fifty_milliseconds_late_are_found_to_ten() {
         let (before, after) = (find_wheel_latency(&drive).unwrap(), find_wheel_latency(&late).unwrap());
         assert!((after.delay - before.delay - 0.05).abs() < 0.01, "{case}: {before:?} {after:?}");
     }
-    // Drives whose wheels have no delay of their own, and a real one.
-    let simulated = ["city_hills", "slope_speedbump", "urban"]
-        .map(|name| drivescope_simulation::simulate(&drivescope_simulation::named(name).unwrap(), None).unwrap());
-    for drive in simulated.into_iter().chain(shared(RAV4).map(|path| open(&path))) {
-        let found = find_wheel_latency(&with_earlier_wheels(&drive, -0.05).unwrap()).unwrap();
-        assert!((found.delay - 0.05).abs() < 0.01 && found.is_notable(), "{found:?}");
+}
+
+#[test]
+fn every_offer_to_correct_late_wheels_is_right_to_ten_milliseconds() {
+    // The table of docs/slope.md; run with --nocapture to see it. Catches slip, pitch and curves that are taken for a delay,
+    // and a standard deviation that promises too much.
+    let has_to_tell =
+        ["city_hills", "urban", "slope_speedbump", "stop_and_go", "city_loop", "mountain_pass", "u_drive"];
+    let wanted = |d: &&drivescope_simulation::NamedDrive| d.duration_hint < 250.0 || has_to_tell.contains(&d.name);
+    let made = drivescope_simulation::drives().iter().filter(wanted).map(|d| {
+        let spec = drivescope_simulation::named(d.name).unwrap();
+        let grade =
+            drivescope_simulation::grades::Grade::named(spec.parts.wheels.as_ref().unwrap_or(&spec.sensors)).unwrap();
+        (d.name, grade.car.latency, drivescope_simulation::simulate(&spec, None).unwrap())
+    });
+    for (name, own, drive) in made {
+        let read = [0.0, 0.05, 0.1].map(|late| {
+            let found = find_wheel_latency(&with_earlier_wheels(&drive, -late).unwrap());
+            if let Some(f) = found {
+                assert!((f.delay - late - own).abs() < 0.01, "{name}, {late} s: {f:?}");
+                assert_eq!(f.is_notable(), late + own > 0.02, "{name}, {late} s: {f:?}");
+            }
+            found.map_or("none".into(), |f| format!("{:.0} +- {:.1}", 1e3 * f.delay, 1e3 * f.sigma))
+        });
+        println!("{name} | {}", read.join(" | "));
+        assert!(!has_to_tell.contains(&name) || read.iter().all(|r| r != "none"), "{name}: {read:?}");
+    }
+}
+
+#[test]
+fn a_motorway_at_one_speed_does_not_tell_a_delay_from_slip() {
+    // The wheels of the real drive turn in curves 70 to 80 ms after its yaw gyro, its bus tells the yaw rate 30 ms late, and a
+    // fit without slip reads a lead: none of them may be offered.
+    let Some(path) = shared(RAV4) else { return };
+    let drive = open(&path);
+    for late in [0.0, 0.05, 0.1] {
+        let found = find_wheel_latency(&with_earlier_wheels(&drive, -late).unwrap());
+        assert!(found.is_none(), "{late} s: {found:?}");
     }
 }
 

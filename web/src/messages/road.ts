@@ -59,7 +59,7 @@ export const road = {
     height: 'The drive has no barometer, but the receiver has heights: they hold the grade once the offset is off.',
     twoWay: 'The whole drive is there: from both directions of time the grade has no lag.',
     inTime: (ms: string, sigma: string) => `Wheel speed and accelerometer agree in time (${ms} ms, 1σ ${sigma} ms).`,
-    noLatency: 'Whether the wheel speed is late cannot be told: the car hardly changes its speed.',
+    noLatency: 'Whether the wheel speed is late cannot be told to 10 ms: the car changes its speed too little or at one speed only, where slip looks like a delay, or the road is rough.',
     noOffset: (offset: string, sigma: string) => `No offset of the forward accelerometer beyond its error (${offset} m/s², 1σ ${sigma}).`,
     noHeights: 'Whether the forward accelerometer has an offset cannot be told: there are no heights, or the drive is too short.',
     correlation: (value: string) => `correlation ${value}, `,
