@@ -13,7 +13,7 @@
 //! Source: SPEC slope 6 (a delay makes a false slope of delay times jerk over gravity); the fit is ours.
 //! Not told apart: a late wheel speed and an early accelerometer. A car that hardly accelerates tells nothing, and one that
 //! does so at one speed only tells little, as slip is the same as a delay there: the standard deviation covers that, and
-//! what it leaves beyond [`LARGEST_SIGMA`] is no finding.
+//! what it leaves beyond `LARGEST_SIGMA` is no finding.
 
 mod fit;
 
