@@ -4,42 +4,21 @@
 #![allow(clippy::unwrap_used)]
 
 use drivescope_drive::disk::Disk;
-use drivescope_drive::parts::{Part, parts};
-use drivescope_simulation::{named, simulate};
 use drivescope_wasm::Session;
-use js_sys::{Array, Float64Array, JSON, Reflect};
+use js_sys::{Array, JSON};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_test::*;
+
+mod support;
+
+use support::{get, text, with};
 
 wasm_bindgen_test_configure!(run_in_dedicated_worker);
 
 const MODES: &str = "motion_mode:current";
 
-fn get(object: &JsValue, key: &str) -> JsValue {
-    Reflect::get(object, &key.into()).unwrap()
-}
-
 fn number(object: &JsValue, key: &str) -> f64 {
     get(object, key).as_f64().unwrap()
-}
-
-fn text(error: JsError) -> String {
-    get(&JsValue::from(error), "message").as_string().unwrap()
-}
-
-/// A session with a built-in drive, handed over as the page does.
-fn with(drive: &str) -> Session {
-    let (head, parts) = parts(simulate(&named(drive).unwrap(), None).unwrap());
-    let mut session = Session::new();
-    let opened =
-        session.begin_parts(head.name, head.vehicle, head.rear_axle, head.unix_zero, JsValue::UNDEFINED, head.disk);
-    opened.map_err(text).unwrap();
-    for Part { name, time, columns } in parts {
-        let (names, columns) = columns.iter().map(|(n, c)| (n.to_string(), Float64Array::from(c.as_slice()))).unzip();
-        session.add_part(name, names, time, columns).map_err(text).unwrap();
-    }
-    session.end_parts().map_err(text).unwrap();
-    session
 }
 
 /// Run an estimator; the score of its modes, if it has them.

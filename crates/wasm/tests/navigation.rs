@@ -2,12 +2,15 @@
 #![cfg(target_arch = "wasm32")]
 #![allow(clippy::unwrap_used)]
 
-use drivescope_drive::parts::{Part, parts};
-use drivescope_simulation::{drives, named, simulate};
+use drivescope_simulation::drives;
 use drivescope_wasm::Session;
-use js_sys::{Array, Float64Array, JSON, Reflect};
+use js_sys::{Array, JSON};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_test::*;
+
+mod support;
+
+use support::{get, text, with};
 
 wasm_bindgen_test_configure!(run_in_dedicated_worker);
 
@@ -15,16 +18,8 @@ const BLIND: &str = "gnss_ins@blind";
 /// A minute in the middle of the first built-in drive, in which its own receiver sees satellites.
 const WINDOW: [f64; 2] = [200.0, 260.0];
 
-fn get(object: &JsValue, key: &str) -> JsValue {
-    Reflect::get(object, &key.into()).unwrap()
-}
-
 fn number(object: &JsValue, key: &str) -> f64 {
     get(object, key).as_f64().unwrap()
-}
-
-fn text(error: JsError) -> String {
-    get(&JsValue::from(error), "message").as_string().unwrap()
 }
 
 fn no_params() -> JsValue {
@@ -41,16 +36,7 @@ fn finish(session: &mut Session, run: &str) {
 
 /// The first built-in drive, estimated.
 fn estimated() -> Session {
-    let (head, parts) = parts(simulate(&named(drives()[0].name).unwrap(), None).unwrap());
-    let mut session = Session::new();
-    let opened =
-        session.begin_parts(head.name, head.vehicle, head.rear_axle, head.unix_zero, JsValue::UNDEFINED, head.disk);
-    opened.map_err(text).unwrap();
-    for Part { name, time, columns } in parts {
-        let (names, columns) = columns.iter().map(|(n, c)| (n.to_string(), Float64Array::from(c.as_slice()))).unzip();
-        session.add_part(name, names, time, columns).map_err(text).unwrap();
-    }
-    session.end_parts().map_err(text).unwrap();
+    let mut session = with(drives()[0].name);
     session.begin_run("gnss_ins", no_params(), None).map_err(text).unwrap();
     finish(&mut session, "gnss_ins");
     session

@@ -2,24 +2,19 @@
 #![cfg(target_arch = "wasm32")]
 #![allow(clippy::unwrap_used)]
 
-use drivescope_drive::parts::{Part, parts};
-use drivescope_simulation::{drives, named, simulate};
+use drivescope_simulation::drives;
 use drivescope_wasm::Session;
 use js_sys::{Array, Float64Array, JSON, Object, Reflect};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_test::*;
 
+mod support;
+
+use support::{get, text, with};
+
 wasm_bindgen_test_configure!(run_in_dedicated_worker);
 
 const ESTIMATORS: [&str; 4] = ["orientation", "slope", "motion_mode", "gnss_ins"];
-
-fn get(object: &JsValue, key: &str) -> JsValue {
-    Reflect::get(object, &key.into()).unwrap()
-}
-
-fn text(error: JsError) -> String {
-    get(&JsValue::from(error), "message").as_string().unwrap()
-}
 
 /// Put the parts that have come in place.
 fn open(session: &mut Session) -> Result<(), String> {
@@ -38,17 +33,7 @@ fn run(session: &mut Session, estimator: &str, params: &str) -> Result<(), Strin
 
 /// A session with the first built-in drive, handed over as the page does.
 fn built_in() -> Session {
-    let (head, parts) = parts(simulate(&named(drives()[0].name).unwrap(), None).unwrap());
-    let mut session = Session::new();
-    let opened =
-        session.begin_parts(head.name, head.vehicle, head.rear_axle, head.unix_zero, JsValue::UNDEFINED, head.disk);
-    opened.map_err(text).unwrap();
-    for Part { name, time, columns } in parts {
-        let (names, columns) = columns.iter().map(|(n, c)| (n.to_string(), Float64Array::from(c.as_slice()))).unzip();
-        session.add_part(name, names, time, columns).map_err(text).unwrap();
-    }
-    open(&mut session).unwrap();
-    session
+    with(drives()[0].name)
 }
 
 fn begin(session: &mut Session, name: &str, report: JsValue) {
