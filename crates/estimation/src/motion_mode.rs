@@ -1,4 +1,4 @@
-//! Motion mode of a car, stationary, straight or cornering, from an inertial sensor alone.
+//! Motion mode of a car, stationary, straight or cornering, from an inertial sensor, helped by wheels or satellites.
 //!
 //! Source: Lee et al. 2010, equations (4) to (9) and tables 1 to 3. Four statistics over causal windows: jerk of the
 //! specific force's magnitude (JD), rate about the horizontal axes (TD), step of the forward specific force (FD) and mean
@@ -9,8 +9,10 @@
 //! paper leaves it by FD only and can miss a creeping launch for good); thresholds may follow the noise floor at rest; rest
 //! needs full windows, so that a log that starts in motion or has a hole does not begin with a stop; turning wheels
 //! contradict rest, and four that stand end motion before the windows have settled; so does a body that has settled but for
-//! what the window of sway remembers; speed gained since the last rest, and a turn, contradict rest.
-//! Not known: which way the car moves, and what moves it: a parked car with a loud engine may look like a moving one.
+//! what the window of sway remembers; speed gained since the last rest, and a turn, contradict rest; without wheels,
+//! satellite fixes that stay in their place tell rest whatever the engine shakes, and fixes that go on contradict it.
+//! Not known: which way the car moves, and what moves it: without wheels and fixes, a parked car with a loud engine may look
+//! like a moving one.
 
 pub mod decisions;
 mod detector;
