@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 
 use drivescope_drive::drive::Drive;
 use drivescope_import::{
-    FORMATS, IoSource, Mapping, MemorySource, OpenReport, Opening, Origin, SeekSource, Source, open_log, open_raw,
-    raw_gnss, read_csv,
+    FORMATS, IoSource, Mapping, MemorySource, OpenReport, Opening, Origin, SeekSource, Source, open_log,
+    open_log_whole, open_raw, raw_gnss, read_csv,
 };
 use serde_json::Value;
+
+use crate::part::{PartArgs, sentence};
 
 /// Which log, and how to read it.
 #[derive(clap::Args)]
@@ -29,6 +31,8 @@ pub struct LogArgs {
     /// Origin of local coordinates, deg, deg, m; the first place of the truth or of the satellites without it.
     #[arg(long, value_name = "LAT,LON,ALT", value_parser = origin, allow_hyphen_values = true)]
     origin: Option<Origin>,
+    #[command(flatten)]
+    part: PartArgs,
 }
 
 /// Three numbers with commas between; the height may be missing.
@@ -52,7 +56,7 @@ pub struct Opened {
 impl LogArgs {
     /// A log that another argument names.
     pub fn of(log: PathBuf, mapping: Option<PathBuf>) -> Self {
-        Self { log: vec![log], mapping, format: None, gnss_raw: None, origin: None }
+        Self { log: vec![log], mapping, format: None, gnss_raw: None, origin: None, part: PartArgs::default() }
     }
 
     /// Read the log slice by slice.
@@ -60,6 +64,18 @@ impl LogArgs {
     /// # Errors
     /// One sentence naming file, row and column.
     pub fn open(&self) -> Result<Opened, String> {
+        self.open_and(false)
+    }
+
+    /// The same, held against physics however large it is.
+    ///
+    /// # Errors
+    /// Those of [`LogArgs::open`].
+    pub fn open_examined(&self) -> Result<Opened, String> {
+        self.open_and(true)
+    }
+
+    fn open_and(&self, examine: bool) -> Result<Opened, String> {
         let mut opened = match &self.gnss_raw {
             Some(path) if self.log.is_empty() => {
                 let file = File::open(path).map_err(|e| unreadable(path, e))?;
@@ -68,7 +84,7 @@ impl LogArgs {
                 let (drive, report) = open_raw(&table).map_err(|e| e.to_string())?;
                 Opened { drive, report }
             }
-            _ => self.open_log()?,
+            _ => self.open_log(examine)?,
         };
         if let Some(origin) = self.origin {
             opened.drive.set_origin(origin.place());
@@ -77,7 +93,7 @@ impl LogArgs {
         Ok(opened)
     }
 
-    fn open_log(&self) -> Result<Opened, String> {
+    fn open_log(&self, examine: bool) -> Result<Opened, String> {
         let mapping = match &self.mapping {
             Some(path) => {
                 Some(Mapping::from_json(&text_file(path)?, &path.display().to_string()).map_err(|e| e.to_string())?)
@@ -95,10 +111,14 @@ impl LogArgs {
                 sources.push(file(path, &name)?);
             }
         }
+        let keep = self.part.keep()?;
         let mut opening = Opening::new(sources).map_err(|e| e.to_string())?;
-        while opening.step().map_err(|e| e.to_string())? {}
-        let log = opening.finish().map_err(|e| e.to_string())?;
-        let (mut drive, report) = open_log(log, mapping.as_ref()).map_err(|e| e.to_string())?;
+        opening.keep(keep);
+        while opening.step().map_err(sentence)? {}
+        let log = opening.finish().map_err(sentence)?;
+        self.part.check(&log)?;
+        let open = if examine { open_log_whole } else { open_log };
+        let (mut drive, report) = open(log, mapping.as_ref()).map_err(sentence)?;
         if let Some(path) = &self.gnss_raw {
             let file = File::open(path).map_err(|e| unreadable(path, e))?;
             let table =

@@ -1,10 +1,12 @@
 //! `drivescope`: the same core as the page, on the command line.
 
 mod closed_loop;
+mod corrections;
 mod log;
 mod magnetometer;
 mod output;
 mod papers;
+mod part;
 mod profile;
 mod report;
 
@@ -45,6 +47,12 @@ enum Command {
         /// Print JSON instead of text.
         #[arg(long)]
         json: bool,
+        /// Write the mapping with the corrections of all contradictions, for `--mapping`, and say what was applied and left.
+        #[arg(long, value_name = "M.json")]
+        save_mapping: Option<PathBuf>,
+        /// Apply what is likely too: how housings lean, how late sensors are.
+        #[arg(long, requires = "save_mapping")]
+        with_guesses: bool,
     },
     /// Run an estimator over a log and write its estimates.
     Run {
@@ -138,7 +146,9 @@ enum Listed {
 
 fn main() -> ExitCode {
     let outcome = match Args::parse().command {
-        Command::Info { log, json } => info(&log, json),
+        Command::Info { log, json, save_mapping, with_guesses } => {
+            info(&log, json, save_mapping.as_deref().map(|path| (path, with_guesses)))
+        }
         Command::Run { log, estimator, params, set, vehicle, calibration, out, metrics, labels } => {
             let (calibration, labels) = (calibration.as_deref(), labels.as_deref());
             let metrics = metrics.as_deref().map(|path| (path, labels));
@@ -174,12 +184,21 @@ fn main() -> ExitCode {
     }
 }
 
-fn info(log: &log::LogArgs, json: bool) -> Result<(), Sentence> {
-    let opened = log.open()?;
+/// Say what a log holds; with a path, write its mapping there, put right.
+fn info(log: &log::LogArgs, json: bool, save: Option<(&std::path::Path, bool)>) -> Result<(), Sentence> {
+    let opened = if save.is_some() { log.open_examined()? } else { log.open()? };
     if let Some(warning) = magnetometer::warning(&opened.drive) {
         eprintln!("note: {warning}");
     }
-    output::print(&if json { report::info_json(&opened) } else { report::info_text(&opened) })
+    output::print(&if json { report::info_json(&opened) } else { report::info_text(&opened) })?;
+    let Some((path, guesses)) = save else { return Ok(()) };
+    let corrections::Corrected { mapping, said } = corrections::correct(&opened.report, guesses);
+    output::write(path, |file| writeln!(file, "{}", mapping.to_json()))?;
+    if json {
+        eprint!("{said}");
+        return Ok(());
+    }
+    output::print(&said)
 }
 
 #[allow(clippy::too_many_arguments)]

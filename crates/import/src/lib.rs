@@ -69,7 +69,9 @@ pub use keep::Keep;
 pub use mapping::{MAPPING_VERSION, Mapping, Mount, Origin, SignalSource, TimeFraction, TimeSource};
 pub use names::signal;
 pub use offer::Offer;
-pub use open::{Examined, examine_drawn, examine_log, open_csv, open_drawn, open_log, open_raw, open_table};
+pub use open::{
+    Examined, examine_drawn, examine_log, open_csv, open_drawn, open_log, open_log_whole, open_raw, open_table,
+};
 pub use opening::{Log, Opening, Progress};
 pub use propose::{Confidence, Entry, Proposal, Unused, propose};
 pub use raw_gnss::{is_raw_gnss, raw_gnss};

@@ -61,7 +61,7 @@ pub fn open_csv(
 /// Those of [`propose`] and [`apply`].
 pub fn open_table(table: Table, mapping: Option<&Mapping>) -> Result<(Drive, OpenReport), ImportError> {
     let odd = odd_columns(std::slice::from_ref(&table));
-    open_examined(table, mapping, odd, 0).map(|(drive, report, _)| (drive, report))
+    open_examined(table, mapping, odd, 0, EXAMINED_AT_ONCE).map(|(drive, report, _)| (drive, report))
 }
 
 /// Bytes of a file beyond which columns that their names explain are not examined while it is opened: an hour at 100 Hz would
@@ -70,15 +70,17 @@ const EXAMINED_AT_ONCE: u64 = 24 << 20;
 const NOT_EXAMINED: &str =
     "The file is large: its columns are held against physics when the table of columns is opened.";
 
-/// The same, with what was odd in the tables that it was made of, and with what was found about it.
+/// The same, with what was odd in the tables that it was made of, and with what was found about it; a file of more than `most`
+/// bytes that its names explain is not examined.
 fn open_examined(
     table: Table,
     mapping: Option<&Mapping>,
     odd: Vec<Finding>,
     buckets: usize,
+    most: u64,
 ) -> Result<(Drive, OpenReport, Option<Examined>), ImportError> {
     let by_name = propose(&table);
-    let is_large = table.bytes > EXAMINED_AT_ONCE && (mapping.is_some() || by_name.is_ok());
+    let is_large = table.bytes > most && (mapping.is_some() || by_name.is_ok());
     let examined = if is_large { None } else { Examined::new(&table, buckets).ok() };
     let found = examined.as_ref().map(|e| &e.found);
     let mut proposal = match (mapping, by_name, found) {
@@ -134,15 +136,32 @@ pub fn open_log(log: Log, mapping: Option<&Mapping>) -> Result<(Drive, OpenRepor
     open_drawn(log, mapping, 0).map(|(drive, report, _)| (drive, report))
 }
 
+/// The same as [`open_log`], held against physics however large the files are.
+///
+/// # Errors
+/// Those of [`open_log`].
+pub fn open_log_whole(log: Log, mapping: Option<&Mapping>) -> Result<(Drive, OpenReport), ImportError> {
+    open_up_to(log, mapping, 0, u64::MAX).map(|(drive, report, _)| (drive, report))
+}
+
 /// The same as [`open_log`], with what was found on the way, if the log was examined ([`OpenReport::is_examined`]): pictures
 /// have `buckets` parts.
 ///
 /// # Errors
 /// Those of [`open_log`].
 pub fn open_drawn(
+    log: Log,
+    mapping: Option<&Mapping>,
+    buckets: usize,
+) -> Result<(Drive, OpenReport, Option<Examined>), ImportError> {
+    open_up_to(log, mapping, buckets, EXAMINED_AT_ONCE)
+}
+
+fn open_up_to(
     mut log: Log,
     mapping: Option<&Mapping>,
     buckets: usize,
+    most: u64,
 ) -> Result<(Drive, OpenReport, Option<Examined>), ImportError> {
     let ranges = take_raw(&mut log.tables)?;
     if let (Some(ranges), true) = (&ranges, log.tables.is_empty()) {
@@ -150,7 +169,7 @@ pub fn open_drawn(
     }
     let odd = odd_columns(&log.tables);
     let Merged { table, unused, notes } = merge(log)?;
-    let (mut drive, mut report, examined) = open_examined(table, mapping, odd, buckets)?;
+    let (mut drive, mut report, examined) = open_examined(table, mapping, odd, buckets, most)?;
     if let Some(ranges) = ranges {
         report.notes.push(add_raw(&mut drive, &ranges, report.mapping.time.offset)?);
     }
