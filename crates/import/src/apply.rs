@@ -135,12 +135,14 @@ fn take_stated(table: &Table, drive: &mut Drive, report: &mut MapReport) {
     }
 }
 
-/// Unix time of the drive's `t = 0`, where the time column is of date and time.
+/// Unix time of the drive's `t = 0`, where the time column is of date and time, or of GPS time.
 fn unix_zero(table: &Table, mapping: &Mapping) -> Option<f64> {
-    match table.column(&mapping.time.column)?.epoch? {
-        TimeEpoch::Instant(ns) => Some(ns as f64 / 1e9 - mapping.time.offset),
-        TimeEpoch::Midnight(_) => None,
-    }
+    let zero = match table.column(&mapping.time.column)?.epoch {
+        Some(TimeEpoch::Instant(ns)) => ns as f64 / 1e9,
+        Some(TimeEpoch::Midnight(_)) => return None,
+        None => crate::gps_time::of(table, &mapping.time)?.zero?,
+    };
+    Some(zero - mapping.time.offset)
 }
 
 /// `1 row`, `2 rows`.

@@ -1,6 +1,7 @@
 //! The clock of a table: which column it is, its unit, and that it runs forward.
 
 use crate::error::ImportError;
+use crate::gps_time;
 use crate::mapping::{TimeFraction, TimeSource, no_time};
 use crate::names::time_name;
 use crate::stamp::format_utc;
@@ -21,6 +22,18 @@ pub(crate) struct ProposedClock {
 /// # Errors
 /// [`ImportError::NoTime`].
 pub(crate) fn propose(table: &Table) -> Result<ProposedClock, ImportError> {
+    let mut clock = by_name(table)?;
+    if let Some(gps) = gps_time::of(table, &clock.source) {
+        clock.why = format!("{}; {}", clock.why, gps.text.trim_end_matches('.'));
+        if !gps.sure {
+            let unit = clock.guess.take().map_or(String::new(), |text| format!("{text} "));
+            clock.guess = Some(unit + &gps.text);
+        }
+    }
+    Ok(clock)
+}
+
+fn by_name(table: &Table) -> Result<ProposedClock, ImportError> {
     let named = |c: &RawColumn| time_name(&c.name);
     let best =
         table.columns.iter().filter(|c| named(c).is_some() && has_values(c)).min_by_key(|c| named(c).map(|n| n.0));
@@ -41,7 +54,7 @@ pub(crate) fn propose(table: &Table) -> Result<ProposedClock, ImportError> {
             guess: None,
         });
     }
-    let (unit, reason, sure) = unit_by_size(&column.values);
+    let (unit, reason, sure) = unit_by_size(&column.values, gps_time::is_named(&column.name));
     let text = format!("time column `{}` states no unit: taken as {unit} because {reason}.", column.name);
     let guess = (!sure).then_some(text);
     Ok(ProposedClock { source: source(unit), why: format!("a name of time; {unit} because {reason}"), guess })
@@ -69,10 +82,15 @@ fn split_clock(table: &Table) -> Option<ProposedClock> {
     Some(ProposedClock { source, why: text.clone(), guess: Some(format!("{text}.")) })
 }
 
-/// Unit of a time column that states none, from its size (Unix time) or its median step; whether that is beyond doubt.
-pub(crate) fn unit_by_size(values: &[f64]) -> (&'static str, String, bool) {
+/// Unit of a time column that states none, from its size (Unix time, or seconds since 1980 where its name says so) or its median
+/// step; whether that is beyond doubt.
+pub(crate) fn unit_by_size(values: &[f64], is_gps: bool) -> (&'static str, String, bool) {
     let first = values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
     for (unit, factor) in [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)] {
+        // 2000 to 2028 as GPS time.
+        if is_gps && (6.3e8..4e9).contains(&(first / factor)) {
+            return (unit, format!("its first value {first} is a date in {unit}"), unit == "s");
+        }
         // 2001 to 2096 in that unit.
         if (1e9..4e9).contains(&(first / factor)) {
             let year = format_utc(first / factor);

@@ -33,6 +33,7 @@ mod error;
 mod evidence;
 mod examine;
 mod formats;
+mod gps_time;
 mod keep;
 mod magic;
 mod mapping;

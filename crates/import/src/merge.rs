@@ -49,18 +49,20 @@ pub(crate) struct Part {
 
 impl Part {
     fn new(table: Table) -> Result<Self, Box<(Table, ImportError)>> {
-        let read = clock::propose(&table).and_then(|c| Ok((clock::times(&table, &c.source)?, c.source.column)));
-        let (time, column) = match read {
+        let read = clock::propose(&table).and_then(|c| Ok((clock::times(&table, &c.source)?, c.source)));
+        let (time, source) = match read {
             Ok(found) => found,
             Err(error) => return Err(Box::new((table, error))),
         };
-        let epoch = table.column(&column).and_then(|c| c.epoch);
+        let epoch = table.column(&source.column).and_then(|c| c.epoch);
+        let gps = crate::gps_time::of(&table, &source).and_then(|gps| gps.zero);
         let first = time.iter().copied().find(|t| t.is_finite()).unwrap_or(0.0);
-        let base = match epoch {
-            Some(TimeEpoch::Instant(ns)) => Base::Absolute(ns),
-            Some(TimeEpoch::Midnight(ns)) => Base::Day(ns),
-            None if UNIX.contains(&first) => Base::Absolute(0),
-            None => Base::Unknown,
+        let base = match (epoch, gps) {
+            (Some(TimeEpoch::Instant(ns)), _) => Base::Absolute(ns),
+            (Some(TimeEpoch::Midnight(ns)), _) => Base::Day(ns),
+            (None, Some(zero)) => Base::Absolute((zero as i64).saturating_mul(SECOND)),
+            (None, None) if UNIX.contains(&first) => Base::Absolute(0),
+            (None, None) => Base::Unknown,
         };
         Ok(Self { table, time, base })
     }

@@ -96,8 +96,12 @@ pub(crate) fn time_name(name: &str) -> Option<(u8, Option<&'static str>)> {
         "epoch_time",
         "gps_time",
         "gnss_time",
+        "gps_seconds",
+        "gps_tow",
+        "gps_sow",
         "tow",
         "itow",
+        "i_tow",
         "time_of_week",
         "local_time",
         "millis",
@@ -115,7 +119,7 @@ pub(crate) fn time_name(name: &str) -> Option<(u8, Option<&'static str>)> {
     let rank = |n: &str| NAMES.iter().position(|known| *known == n).map(|i| u8::try_from(i).unwrap_or(u8::MAX));
     if let Some(found) = rank(&name) {
         let unit = match name.as_str() {
-            "millis" | "itow" => Some("ms"),
+            "millis" | "itow" | "i_tow" => Some("ms"),
             "micros" => Some("us"),
             "seconds" | "secs" | "sec" => Some("s"),
             _ => None,

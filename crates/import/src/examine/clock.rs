@@ -65,7 +65,7 @@ pub(crate) fn find(table: &Table, findings: &mut Vec<Finding>) -> Result<Clock, 
         });
     };
     let column = &table.columns[index];
-    let (unit, reason, sure) = clock::unit_by_size(&column.values);
+    let (unit, reason, sure) = clock::unit_by_size(&column.values, crate::gps_time::is_named(&column.name));
     let why = format!(
         "the only column that runs forward in even steps ({:.0} % of the rows); {unit} because {reason}",
         100.0 * score
@@ -83,6 +83,9 @@ pub(crate) fn find(table: &Table, findings: &mut Vec<Finding>) -> Result<Clock, 
         });
     }
     let source = TimeSource::plain(&column.name, unit);
+    let gps = crate::gps_time::of(table, &source);
+    let sure = sure && gps.as_ref().is_none_or(|gps| gps.sure);
+    let why = gps.map_or(why.clone(), |gps| format!("{why}; {}", gps.text.trim_end_matches('.')));
     Ok(Clock { source, confidence: if sure { Confidence::Certain } else { Confidence::Likely }, why })
 }
 
@@ -151,39 +154,23 @@ pub(crate) fn oddities(table: &Table, source: &TimeSource, findings: &mut Vec<Fi
             ),
         );
     }
-    gps_time(values, factor, &column.name, &mut say);
+    match crate::gps_time::of(table, source) {
+        Some(gps) => say(if gps.sure { Weight::Note } else { Weight::Guess }, gps.text),
+        None => old_unix_time(values, factor, &column.name, &mut say),
+    }
     back > 0 && source.fraction.is_none()
 }
 
-/// Seconds of a GPS week, or seconds since 1980 as receivers count them.
-fn gps_time(values: &[f64], factor: f64, name: &str, say: &mut dyn FnMut(Weight, String)) {
+/// Unix time of so long ago that it may be seconds since 1980 as receivers count them.
+fn old_unix_time(values: &[f64], factor: f64, name: &str, say: &mut dyn FnMut(Weight, String)) {
     let first = values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0) * factor;
-    let called = name.to_lowercase();
-    let is_gps = ["gps", "tow", "gnss"].iter().any(|w| called.contains(w));
-    if (1.0e9..2.0e9).contains(&first) {
+    if (1.0e9..1.48e9).contains(&first) {
         // GPS time began on 1980-01-06; 18 leap seconds since.
         let gps = first + 315_964_800.0 - 18.0;
         let (unix_text, gps_text) = (crate::stamp::format_utc(first), crate::stamp::format_utc(gps));
-        if is_gps {
-            say(
-                Weight::Guess,
-                format!("`{name}` begins at {first:.1} s: as GPS time {gps_text}, as Unix time {unix_text}."),
-            );
-        } else if first < 1.48e9 {
-            say(
-                Weight::Note,
-                format!(
-                    "`{name}` begins at {first:.1} s: as Unix time {unix_text}; as GPS time it would be {gps_text}."
-                ),
-            );
-        }
-    } else if is_gps && (0.0..604_801.0).contains(&first) && first > 3600.0 {
         say(
             Weight::Note,
-            format!(
-                "`{name}` begins at {first:.1} s: seconds of a GPS week (day {:.0} of it); the week is not stated.",
-                (first / 86_400.0).floor()
-            ),
+            format!("`{name}` begins at {first:.1} s: as Unix time {unix_text}; as GPS time it would be {gps_text}."),
         );
     }
 }
