@@ -7,7 +7,8 @@ use drivescope_drive::frames::wrap_angle;
 use drivescope_drive::geodesy::STANDARD_GRAVITY;
 
 use crate::clock::median;
-use crate::evidence::{Binned, Draft, Fit, fit, nearest};
+use crate::evidence::{Binned, Draft};
+use crate::fit::{Fit, fit, nearest};
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
 /// Correlation from which two signals are taken to be about the same thing.

@@ -4,7 +4,8 @@ use drivescope_drive::frames::wrap_angle;
 use drivescope_drive::geodesy::radii;
 
 use crate::clock::median;
-use crate::evidence::{Binned, Draft, Fit, fit};
+use crate::evidence::{Binned, Draft};
+use crate::fit::{Fit, fit};
 
 /// Shortest way between two fixes that tells units and axes from noise, m.
 const LONG_STEP: f64 = 5.0;

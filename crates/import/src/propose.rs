@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use drivescope_drive::csv::file_unit;
 use serde::Serialize;
 
+use crate::channels::signal;
 use crate::clock;
 use crate::error::ImportError;
 use crate::evidence::{Draft, Settled};
 use crate::mapping::{Mapping, SignalSource};
-use crate::names::{self, signal, time_name};
+use crate::names::{self, time_name};
 use crate::order::sort_by;
 use crate::table::{RawColumn, Table};
 use crate::units;

@@ -1,14 +1,14 @@
 //! Names and physics made one: a proposal by names, checked and completed by an examination.
 
-use crate::examine::{Examination, Finding, Weight, contradictions};
+use crate::examine::{Examination, Finding, Thinned, Weight, contradictions};
 use crate::propose::{Confidence, Entry, Proposal};
 
 /// Check a proposal by what was found, complete it where no person gave it, and hand over all that is to be said.
 ///
 /// What contradicts is only said, with its correction. Completed are columns without a known name that physics is sure
 /// of, and values that stand for none; each is a note.
-pub(crate) fn settle(proposal: &mut Proposal, found: &Examination, is_given: bool) -> Vec<Finding> {
-    let against = contradictions(&proposal.mapping, found);
+pub(crate) fn settle(proposal: &mut Proposal, found: &Examination, thin: &Thinned, is_given: bool) -> Vec<Finding> {
+    let against = contradictions(&proposal.mapping, found, thin);
     proposal.notes.retain(|note| !is_told(note, &against));
     let mut findings = against;
     if !is_given {
