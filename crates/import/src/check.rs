@@ -30,7 +30,7 @@ impl Mapping {
             return Err(ImportError::UnknownSignal { file: file.into(), found: found.clone(), suggestion });
         }
         self.check_mounts(file)?;
-        for (name, source) in &self.signals {
+        for (name, source) in self.signals.iter() {
             source.factor(name, file)?;
             if !source.scale.is_finite() || source.scale == 0.0 {
                 return Err(bad(name, "scale", source.scale));
@@ -49,7 +49,7 @@ impl Mapping {
             found: found.into(),
             suggestion: suggestion.into(),
         };
-        for (name, mount) in &self.mounts {
+        for (name, mount) in self.mounts.iter() {
             if !["imu", "mag"].contains(&name.as_str()) {
                 return Err(unknown(name, "`mounts` takes imu and mag"));
             }
@@ -61,7 +61,7 @@ impl Mapping {
                 }
             }
         }
-        for (name, &found) in &self.delays {
+        for (name, &found) in self.delays.iter() {
             if !CHANNELS.iter().any(|(channel, _)| channel == name) {
                 return Err(unknown(name, "`delays` takes imu, mag, wheels, steering, gnss, baro, accel_array, range"));
             }

@@ -14,7 +14,7 @@ pub(crate) struct Fit {
 }
 
 /// Fit `y` on `x`; pairs with NaN are passed over.
-pub(crate) fn fit(pairs: impl Iterator<Item = (f64, f64)>) -> Fit {
+pub(crate) fn fit(pairs: &mut dyn Iterator<Item = (f64, f64)>) -> Fit {
     let pairs: Vec<(f64, f64)> = pairs.filter(|(x, y)| x.is_finite() && y.is_finite()).collect();
     let n = pairs.len() as f64;
     let mean_x = pairs.iter().map(|p| p.0).sum::<f64>() / n;

@@ -23,6 +23,7 @@
 
 mod aliases;
 mod apply;
+mod by_name;
 mod cell;
 mod channels;
 mod check;
@@ -63,6 +64,7 @@ mod table;
 mod units;
 
 pub use apply::apply;
+pub use by_name::ByName;
 pub use channels::signal;
 pub use correction::Amendment;
 pub use csv::{CsvReader, read_csv};

@@ -1,6 +1,6 @@
 //! The channels of a drive out of a table: which rows have a sample, their values in SI, rates and gaps.
 
-use drivescope_drive::channel::{Channel, OutOfOrder, Record, Series};
+use drivescope_drive::channel::{Channel, Column, OutOfOrder, Record, Series};
 use drivescope_drive::csv::file_unit;
 use serde::Serialize;
 
@@ -74,6 +74,11 @@ impl MapReport {
     }
 }
 
+/// Names of columns; apart from what is made for every channel anew.
+fn column_names(columns: &[Column]) -> Vec<&'static str> {
+    columns.iter().map(|c| c.name).collect()
+}
+
 /// How often each raw column is still needed: the last use takes its values.
 pub(crate) struct Shared<'a>(Vec<(&'a str, usize)>);
 
@@ -114,7 +119,7 @@ pub(crate) struct Loader<'a, 'm> {
 impl<'m> Loader<'_, 'm> {
     pub fn channel<R: Record>(&mut self, index: usize) -> Result<Channel<R>, ImportError> {
         let name = CHANNELS[index].0;
-        let Some((time, columns)) = self.columns(name, R::COLUMNS.iter().map(|c| c.name.to_owned()))? else {
+        let Some((time, columns)) = self.columns(name, &column_names(R::COLUMNS))? else {
             return Ok(Channel::default());
         };
         let channel = Channel::from_columns(time, columns).map_err(|e| self.out_of_order(e))?;
@@ -127,7 +132,7 @@ impl<'m> Loader<'_, 'm> {
         let names: Vec<&str> =
             self.mapping.signals.keys().map(String::as_str).filter(|n| n.starts_with("truth_")).collect();
         let schema: Vec<_> = names.iter().filter_map(|n| signal(n).copied()).collect();
-        let Some((time, columns)) = self.columns("truth", names.iter().map(|n| (*n).to_owned()))? else {
+        let Some((time, columns)) = self.columns("truth", &names)? else {
             return Ok(Series::default());
         };
         let series = Series::from_columns(&schema, time, columns).map_err(|e| self.out_of_order(e))?;
@@ -151,14 +156,12 @@ impl<'m> Loader<'_, 'm> {
     fn columns(
         &mut self,
         channel: &'static str,
-        names: impl Iterator<Item = String>,
+        names: &[&'m str],
     ) -> Result<Option<(Vec<f64>, Vec<Vec<f64>>)>, ImportError> {
         let mut parts = Parts { name: channel, sources: Vec::new() };
         for name in names {
-            let source = self.mapping.signals.get_key_value(&name);
-            let source =
-                source.map(|(name, s)| Ok((name.as_str(), s, s.factor(name, &self.table.name)?))).transpose()?;
-            parts.sources.push(source);
+            let source = self.mapping.signals.get(name);
+            parts.sources.push(source.map(|s| Ok((*name, s, s.factor(name, &self.table.name)?))).transpose()?);
         }
         if parts.sources.iter().all(Option::is_none) {
             return Ok(None);

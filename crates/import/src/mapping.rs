@@ -1,11 +1,10 @@
 //! A mapping: which raw column is which physical signal. Data, saved and shared as JSON.
 
-use std::collections::BTreeMap;
-
 use drivescope_drive::disk::Disk;
 use drivescope_drive::geodesy::Geodetic;
 use serde::{Deserialize, Serialize};
 
+use crate::by_name::ByName;
 use crate::error::ImportError;
 
 /// The version of mappings that this library writes and reads.
@@ -28,16 +27,16 @@ pub struct Mapping {
     /// Where time comes from.
     pub time: TimeSource,
     /// Where each signal comes from, by canonical name.
-    pub signals: BTreeMap<String, SignalSource>,
+    pub signals: ByName<SignalSource>,
     /// Channels (`gnss`, `baro`, ..) whose samples repeat in the file until a new one comes: repeats are left out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub drop_repeats: Vec<String>,
     /// How the housings of triads sit in the car, by channel (`imu`, `mag`); without an entry along the car's axes.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub mounts: BTreeMap<String, Mount>,
+    #[serde(default, skip_serializing_if = "ByName::is_empty")]
+    pub mounts: ByName<Mount>,
     /// By how many seconds the times of a channel's samples are late, by channel; subtracted from them.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub delays: BTreeMap<String, f64>,
+    #[serde(default, skip_serializing_if = "ByName::is_empty")]
+    pub delays: ByName<f64>,
     /// The six-accelerometer disk as calibrated; without it the disk is as drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub disk: Option<Disk>,
@@ -199,7 +198,7 @@ impl SignalSource {
 impl Mapping {
     /// A mapping of no signal yet.
     pub fn of(time: TimeSource) -> Self {
-        let (signals, mounts, delays) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        let (signals, mounts, delays) = (ByName::default(), ByName::default(), ByName::default());
         Self {
             version: MAPPING_VERSION,
             time,
@@ -248,11 +247,11 @@ mod tests {
         let mut mapping = Mapping {
             version: MAPPING_VERSION,
             time: TimeSource { offset: 0.5, skip_steps_back: true, ..TimeSource::plain("t", "ms") },
-            signals: BTreeMap::new(),
+            signals: ByName::default(),
             drop_repeats: vec!["gnss".into()],
             origin: Origin::new(36.5, 127.25, 60.0).ok(),
-            mounts: BTreeMap::from([("imu".into(), Mount { roll_deg: 1.5, pitch_deg: -3.75, yaw_deg: 90.0 })]),
-            delays: BTreeMap::from([("gnss".into(), 0.125)]),
+            mounts: ByName::default(),
+            delays: ByName::default(),
             disk: Some(Disk::drawn(0.08)),
         };
         let source = SignalSource {
@@ -264,6 +263,8 @@ mod tests {
         };
         mapping.signals.insert("accel_x".into(), source);
         mapping.signals.insert("gnss_lat".into(), SignalSource::plain("Lat"));
+        mapping.mounts.insert("imu".into(), Mount { roll_deg: 1.5, pitch_deg: -3.75, yaw_deg: 90.0 });
+        mapping.delays.insert("gnss".into(), 0.125);
         assert_eq!(Mapping::from_json(&mapping.to_json(), "m.json").unwrap(), mapping);
     }
 

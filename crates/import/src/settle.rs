@@ -31,7 +31,7 @@ fn is_told(note: &str, against: &[Finding]) -> bool {
 
 /// Values that stand for none are left out, and that is said.
 fn blank(proposal: &mut Proposal, found: &Examination) {
-    for (signal, source) in &mut proposal.mapping.signals {
+    for (signal, source) in proposal.mapping.signals.iter_mut() {
         let Some(own) = found.mapping.signals.get(signal).filter(|o| o.column == source.column) else { continue };
         if source.blank.is_empty() && !own.blank.is_empty() {
             source.blank.clone_from(&own.blank);

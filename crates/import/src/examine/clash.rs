@@ -84,18 +84,20 @@ pub(crate) fn clashes(thin: &Thinned, mapping: &Mapping, r: &Reading) -> Vec<Cla
 }
 
 /// Means over two seconds at every half second of what is expected and what is measured.
-fn pairs(expected: &[f64], measured: &[f64]) -> impl Iterator<Item = (f64, f64)> {
+fn pairs(expected: &[f64], measured: &[f64]) -> Vec<(f64, f64)> {
     let (a, b) = (Field::made(expected.to_vec()), Field::made(measured.to_vec()));
     let mean = |f: &Field, i: usize| f.mean((i - REACH) as f64 * STEP, (i + REACH) as f64 * STEP);
-    (REACH..expected.len()).step_by(REACH / 2).map(move |i| (mean(&a, i), mean(&b, i)))
+    (REACH..expected.len()).step_by(REACH / 2).map(|i| (mean(&a, i), mean(&b, i))).collect()
 }
 
 /// The same of a rate: how much its integral changes over the two seconds, and its mean.
-fn changes(integral: &[f64], measured: &[f64]) -> impl Iterator<Item = (f64, f64)> {
+fn changes(integral: &[f64], measured: &[f64]) -> Vec<(f64, f64)> {
     let (a, b) = (Field::made(integral.to_vec()), Field::made(measured.to_vec()));
-    let ends = |i: usize| [(i - REACH) as f64 * STEP, (i + REACH) as f64 * STEP];
-    let pair = move |[from, to]: [f64; 2]| ((a.at(to) - a.at(from)) / (to - from), b.mean(from, to));
-    (REACH..integral.len()).step_by(REACH / 2).map(ends).map(pair)
+    let pair = |i: usize| {
+        let (from, to) = ((i - REACH) as f64 * STEP, (i + REACH) as f64 * STEP);
+        ((a.at(to) - a.at(from)) / (to - from), b.mean(from, to))
+    };
+    (REACH..integral.len()).step_by(REACH / 2).map(pair).collect()
 }
 
 impl Court<'_> {
@@ -110,7 +112,7 @@ impl Court<'_> {
     }
 
     fn say(&mut self, signals: &[&str], text: String, corrections: Vec<Correction>) {
-        let columns = signals.iter().filter_map(|s| self.mapping.signals.get(*s)).map(|s| s.column.clone()).collect();
+        let columns = signals.iter().filter_map(|s| self.mapping.signals.get(s)).map(|s| s.column.clone()).collect();
         let signals = signals.iter().map(|s| (*s).to_owned()).collect();
         self.clashes.push(Clash { signals, columns, text, corrections });
     }
@@ -164,7 +166,7 @@ impl Court<'_> {
         for (axis, name) in ["gnss_vn", "gnss_ve"].into_iter().enumerate() {
             let Some(v) = series(self.thin, self.mapping, name) else { continue };
             let what = format!("the change of {}", self.label(["gnss_lat", "gnss_lon"][axis]));
-            let held = Held::new(what, pairs(&slope(&self.r.place[axis], REACH), &v));
+            let held = Held::new(what, &pairs(&slope(&self.r.place[axis], REACH), &v));
             self.hold(name, &["gnss_vn", "gnss_ve", "gnss_vd"], &held, 1.0);
         }
     }
@@ -240,7 +242,7 @@ impl Court<'_> {
     /// The yaw gyro against the rate of the course.
     fn turning(&mut self) {
         let Some(ground) = &self.r.ground else { return };
-        let held = Held::new(format!("d(course)/dt {}", self.of_ground()), pairs(&ground[2], &self.r.rates[2]));
+        let held = Held::new(format!("d(course)/dt {}", self.of_ground()), &pairs(&ground[2], &self.r.rates[2]));
         self.hold("gyro_z", &GYRO, &held, 0.015);
     }
 
@@ -249,11 +251,11 @@ impl Court<'_> {
         let of = if self.r.ground.is_some() { self.of_ground() } else { self.of_speed() };
         // Gravity tells the unit better.
         let family: &[&str] = if is_g { &["accel_x"] } else { &ACCEL };
-        let held = Held::new(format!("d(speed)/dt {of}"), changes(&self.r.pace, &self.r.force[0]));
+        let held = Held::new(format!("d(speed)/dt {of}"), &changes(&self.r.pace, &self.r.force[0]));
         let is_forward = self.hold("accel_x", family, &held, 0.25) || held.goes_with();
         let [_, sideways] = self.r.expected();
-        let pairs: Vec<(f64, f64)> = pairs(&sideways, &self.r.force[1]).collect();
-        let held = Held::new(format!("speed times rate of turn {of}"), pairs.iter().copied());
+        let pairs = pairs(&sideways, &self.r.force[1]);
+        let held = Held::new(format!("speed times rate of turn {of}"), &pairs);
         // A bank takes part of the sideways force away or adds to it; only a unit is further off.
         let is_banked = is_g || BANKED.contains(&held.scale().abs());
         let is_turned =
@@ -284,7 +286,7 @@ impl Court<'_> {
     }
 
     fn of_speed(&self) -> String {
-        let name = SPEEDS.iter().find(|s| self.mapping.signals.contains_key(**s));
+        let name = SPEEDS.iter().find(|s| self.mapping.signals.contains_key(s));
         format!("of {}", self.label(name.unwrap_or(&"speed")))
     }
 
@@ -292,7 +294,7 @@ impl Court<'_> {
     fn leaning(&mut self) {
         for (axis, lean) in self.r.lean_by_force().iter().enumerate() {
             let what = format!("the change of the {} by the accelerometer", ["roll", "pitch"][axis]);
-            let held = Held::new(what, pairs(&slope(lean, REACH / 2), &self.r.rates[axis]));
+            let held = Held::new(what, &pairs(&slope(lean, REACH / 2), &self.r.rates[axis]));
             self.hold_sign(GYRO[axis], &held, 0.004);
         }
     }
@@ -303,7 +305,7 @@ impl Court<'_> {
             let Some(angle) = series(self.thin, self.mapping, name) else { continue };
             let bend = self.r.turn.iter().zip(&self.r.pace).map(|(w, v)| if *v > 3.0 { w / v } else { f64::NAN });
             let bend: Vec<f64> = bend.collect();
-            self.hold_sign(name, &Held::new("the curvature of the path".into(), pairs(&bend, &angle)), 0.001);
+            self.hold_sign(name, &Held::new("the curvature of the path".into(), &pairs(&bend, &angle)), 0.001);
         }
     }
 
@@ -341,7 +343,7 @@ impl Court<'_> {
                 if now.is_finite() { unwound } else { f64::NAN }
             })
             .collect();
-        let held = Held::new("the rate of turn".into(), pairs(&self.r.turn, &slope(&turned, REACH / 2)));
+        let held = Held::new("the rate of turn".into(), &pairs(&self.r.turn, &slope(&turned, REACH / 2)));
         if TURNING.contains(&held.scale().abs()) && held.is_turned() {
             self.hold_sign("mag_y", &held, 0.03);
         } else {

@@ -59,8 +59,9 @@ fn differences<'a>(used: &'a Mapping, found: &'a Examination) -> (Vec<(&'a Colum
 fn told(clash: Clash, used: &Mapping) -> Finding {
     let mut correction = Amendment::default();
     for c in &clash.corrections {
-        let source = used.signals.get(&c.signal).map(|source| c.of(source));
-        correction.signals.extend(source.map(|source| (c.signal.clone(), source)));
+        if let Some(source) = used.signals.get(&c.signal) {
+            correction.signals.insert(c.signal.clone(), c.of(source));
+        }
     }
     let correction = Some(correction).filter(|c| !c.is_empty());
     Finding { weight: Weight::Contradiction, columns: clash.columns, text: clash.text, correction }
@@ -75,7 +76,7 @@ fn to_si(name: &str, source: &SignalSource) -> Option<f64> {
 fn correct(found: &Examination, names: &[&str], remove: &[&str]) -> Option<Amendment> {
     let mut out = Amendment::default();
     for name in names {
-        if let Some(source) = found.mapping.signals.get(*name) {
+        if let Some(source) = found.mapping.signals.get(name) {
             out.signals.insert((*name).to_owned(), source.clone());
         }
     }

@@ -45,7 +45,8 @@ pub(crate) fn against(
         let change = speed.map_or(i.accel, |(_, v)| (v.at(i.to) - v.at(i.from)) / (i.to - i.from));
         ([rate, change, i.speed * rate][what], field.mean(i.from, i.to))
     };
-    Some(Held::new(against, motion.intervals(late).into_iter().map(pair))).filter(|h| h.shows(ENOUGH, SHOWN[what]))
+    let pairs: Vec<(f64, f64)> = motion.intervals(late).into_iter().map(pair).collect();
+    Some(Held::new(against, &pairs)).filter(|h| h.shows(ENOUGH, SHOWN[what]))
 }
 
 /// Units of acceleration and of turn rates: what 1 SI unit reads.

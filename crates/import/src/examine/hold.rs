@@ -24,8 +24,8 @@ pub(crate) struct Held {
 
 impl Held {
     /// Hold pairs of what is expected and what is measured against each other; those with NaN are passed over.
-    pub fn new(against: String, pairs: impl Iterator<Item = (f64, f64)>) -> Self {
-        let f = fit(pairs);
+    pub fn new(against: String, pairs: &[(f64, f64)]) -> Self {
+        let f = fit(&mut pairs.iter().copied());
         let spread = f.spread * (f.correlation / f.slope).abs();
         Self { against, correlation: f.correlation, slope: f.slope, count: f.count, spread }
     }

@@ -207,7 +207,7 @@ fn agreement(s: &Survey, names: &[Option<Candidate>]) -> (usize, usize) {
 
 /// Columns that physics says nothing of keep what their names say.
 fn fill(s: &mut Survey, p: &Proposal) {
-    for (signal, source) in &p.mapping.signals {
+    for (signal, source) in p.mapping.signals.iter() {
         let Some(column) = s.table.columns.iter().position(|c| c.name == source.column) else { continue };
         let entry = p.entries.iter().find(|e| e.signal == *signal);
         let (signal, turn) = moved(s, signal);

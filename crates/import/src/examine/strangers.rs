@@ -77,8 +77,9 @@ fn by_sensor(s: &Survey, column: usize, known: &[(String, Vec<f64>)]) -> Option<
         }
         let shift = (l.late / super::scene::STEP).round() as i64;
         let later = |i: usize| usize::try_from(i as i64 + shift).ok().and_then(|k| own.get(k)).copied();
-        let pairs = sensor.iter().enumerate().map(|(i, x)| (*x, later(i).unwrap_or(f64::NAN)));
-        best = Some(Held { correlation: l.correlation, ..Held::new(what.clone(), pairs) });
+        let pairs: Vec<(f64, f64)> =
+            sensor.iter().enumerate().map(|(i, x)| (*x, later(i).unwrap_or(f64::NAN))).collect();
+        best = Some(Held { correlation: l.correlation, ..Held::new(what.clone(), &pairs) });
     }
     best
 }
