@@ -5,20 +5,18 @@
 
 use std::path::PathBuf;
 
-use drivescope_drive::channel::{Channel, Series};
+use drivescope_drive::channel::Series;
 use drivescope_drive::drive::Drive;
 use drivescope_drive::frames::wrap_angle;
-use drivescope_drive::signals::Imu;
 use drivescope_estimation::registry::run_by_name;
 use drivescope_estimation::score::mode::ModeScore;
-use drivescope_import::{Opening, SeekSource, Source, open_log};
-use nalgebra::{Matrix3, Vector3};
+use drivescope_import::{Mapping, Opening, SeekSource, Source, open_log};
 use serde_json::json;
 
 /// Samples of the receiver further apart than this, s, say nothing of what is between.
 const LONGEST_STEP: f64 = 2.5;
 
-fn open() -> Option<Drive> {
+fn read() -> Option<drivescope_import::Log> {
     let root = drivescope_tests::shared("data/css_canedge_mf4")?;
     let parts = ["00000001-60FEB68B", "00000002-60FEB8E3", "00000003-60FEBB3B"];
     let mut paths: Vec<PathBuf> =
@@ -30,7 +28,15 @@ fn open() -> Option<Drive> {
     };
     let mut opening = Opening::new(paths.iter().map(source).collect()).unwrap();
     while opening.step().unwrap() {}
-    Some(open_log(opening.finish().unwrap(), None).unwrap().0)
+    Some(opening.finish().unwrap())
+}
+
+/// The drive with every correction taken that is proposed when it is opened.
+fn corrected() -> Option<(Drive, Mapping)> {
+    let report = open_log(read()?, None).unwrap().1;
+    let mut mapping = report.mapping.clone();
+    report.findings.iter().filter_map(|f| f.correction.as_ref()).for_each(|c| mapping.correct(c));
+    Some((open_log(read()?, Some(&mapping)).unwrap().0, mapping))
 }
 
 /// A column of the receiver at a time, on the straight line between its samples.
@@ -43,30 +49,9 @@ fn at(series: &Series, values: &[f64], time: f64) -> Option<f64> {
     (step < LONGEST_STEP && value.is_finite()).then_some(value)
 }
 
-fn vectors(imu: &Imu) -> (Vector3<f64>, Vector3<f64>) {
-    (Vector3::new(imu.accel_x, imu.accel_y, imu.accel_z), Vector3::new(imu.gyro_x, imu.gyro_y, imu.gyro_z))
-}
-
-/// Sensor to forward, right, down: down from gravity, forward from what goes with the change of speed.
-fn mounting(drive: &Drive, speed: impl Fn(f64) -> Option<f64>) -> Matrix3<f64> {
-    let rows = (0..drive.imu.len()).map(|k| drive.imu.at(k));
-    let forces: Vec<(f64, Vector3<f64>)> = rows.map(|(time, imu)| (time, vectors(&imu).0)).collect();
-    let mean = forces.iter().map(|(_, f)| f).sum::<Vector3<f64>>() / forces.len() as f64;
-    let down = -mean.normalize();
-    let mut along = Vector3::zeros();
-    for (time, force) in forces {
-        if let (Some(before), Some(after)) = (speed(time - 1.0), speed(time + 1.0)) {
-            let level = force - mean;
-            along += (level - down * down.dot(&level)) * (after - before);
-        }
-    }
-    let forward = along.normalize();
-    Matrix3::from_rows(&[forward.transpose(), down.cross(&forward).transpose(), down.transpose()])
-}
-
 #[test]
 fn modes_of_twenty_six_minutes_agree_with_the_receivers_speed_and_course() {
-    let Some(mut drive) = open() else { return };
+    let Some((drive, mapping)) = corrected() else { return };
     let (speeds, fixes) = (drive.wheels.series().clone(), drive.gnss.series().clone());
     let speed = |t: f64| at(&speeds, speeds.column("speed").unwrap(), t);
     let mut course = fixes.column("course").unwrap().to_vec();
@@ -74,21 +59,11 @@ fn modes_of_twenty_six_minutes_agree_with_the_receivers_speed_and_course() {
     let turn = |t: f64| Some(0.5 * (at(&fixes, &course, t + 1.0)? - at(&fixes, &course, t - 1.0)?));
 
     // X points up, forward is -Y and right is +Z, as those who recorded it say.
-    let mounting = mounting(&drive, speed);
-    let said = Matrix3::new(0.0, -1.0, 0.0, 0.0, 0.0, 1.0, -1.0, 0.0, 0.0);
-    let angle = (((mounting * said.transpose()).trace() - 1.0) / 2.0).acos();
-    println!("mounting {mounting:.3} is {:.1} deg from the one said", angle.to_degrees());
-    assert!(angle < 15f64.to_radians(), "{mounting}");
-
-    let mut turned: Channel<Imu> = Channel::default();
-    for k in 0..drive.imu.len() {
-        let (time, imu) = drive.imu.at(k);
-        let (f, w) = vectors(&imu);
-        let (f, w) = (mounting * f, mounting * w);
-        let row = Imu { accel_x: f.x, accel_y: f.y, accel_z: f.z, gyro_x: w.x, gyro_y: w.y, gyro_z: w.z };
-        turned.push(time, row).unwrap();
-    }
-    drive.imu = turned;
+    let of = |signal: &str| (mapping.signals[signal].column.as_str(), mapping.signals[signal].scale);
+    assert_eq!(
+        ["accel_x", "accel_y", "accel_z"].map(of),
+        [("AccelerationY", -1.0), ("AccelerationZ", 1.0), ("AccelerationX", -1.0)]
+    );
     // Without the receiver's speed: that is what the modes are held against.
     let run = run_by_name("motion_mode", &drive, &json!({"use_speed": false}), None).unwrap();
     let series = run.series();
