@@ -4,23 +4,26 @@ pub(crate) use crate::aliases::Match;
 use crate::aliases::alias;
 use crate::channels::signal;
 
+/// What stands between words though it is not ASCII; other signs of the world's scripts are letters.
+const SIGNS: &str = "°º·–—−×";
+
 /// A name in lower case, its words joined by `_`: `wheelSpeedFL`, `Wheel Speed FL` and `wheel-speed.fl` are one.
 pub(crate) fn normalize(name: &str) -> String {
     let chars: Vec<char> = name.chars().collect();
     let mut out = String::new();
     for (i, &c) in chars.iter().enumerate() {
-        if !c.is_alphanumeric() {
+        if c.is_ascii() && !c.is_ascii_alphanumeric() || SIGNS.contains(c) {
             out.push('_');
             continue;
         }
         let before = i.checked_sub(1).map_or('_', |j| chars[j]);
         let after = chars.get(i + 1).copied().unwrap_or('_');
-        let starts_word =
-            c.is_uppercase() && (before.is_lowercase() || (before.is_uppercase() && after.is_lowercase()));
+        let starts_word = c.is_ascii_uppercase()
+            && (before.is_ascii_lowercase() || (before.is_ascii_uppercase() && after.is_ascii_lowercase()));
         if starts_word {
             out.push('_');
         }
-        out.extend(c.to_lowercase());
+        out.push(c.to_ascii_lowercase());
     }
     out.split('_').filter(|w| !w.is_empty()).collect::<Vec<_>>().join("_")
 }
