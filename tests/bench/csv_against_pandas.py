@@ -3,9 +3,10 @@
 
 Installs pandas into a virtual environment of its own below the build folder, writes a file of 360,000 rows and 20
 columns, builds the example `csv_speed` and lets both read it in turn, in many short rounds, each in a process that stays:
-first both bound to one core, then both with every core (pandas 3 parses in two threads). Clocks of a virtual machine jump
-both ways and other work steals time: the median, the least, and the least processor time of all rounds are printed.
-`--check RATIO` ends with status 1 if the ratio of the least times is lower in either case.
+first both bound to one core, then both with every core (pandas 3 parses in two threads); at last each round in a process
+of its own, as a log is opened, the time to start it left out. Clocks of a virtual machine jump both ways and other work
+steals time: the median, the least, and the least processor time of all rounds are printed. `--check RATIO` ends with status
+1 if the ratio of the least times is lower with one core or in processes of their own.
 """
 
 import argparse
@@ -52,10 +53,13 @@ class Reader:
     """A process that reads the file once a line it is sent, and answers seconds, processor seconds and rows."""
 
     def __init__(self, command, core):
-        bind = (lambda: os.sched_setaffinity(0, {core})) if core is not None else None
+        self.command, self.core, self.rounds = command, core, []
+        self.start()
+
+    def start(self):
+        bind = (lambda: os.sched_setaffinity(0, {self.core})) if self.core is not None else None
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-        self.process = subprocess.Popen(command, preexec_fn=bind, **pipes)
-        self.rounds = []
+        self.process = subprocess.Popen(self.command, preexec_fn=bind, **pipes)
 
     def read(self):
         self.process.stdin.write("\n")
@@ -64,19 +68,25 @@ class Reader:
         assert int(rows) == ROWS, rows
         self.rounds.append((float(seconds), float(processor)))
 
-    def end(self):
-        """Median and least seconds, and least processor seconds."""
+    def stop(self):
         self.process.stdin.close()
         self.process.wait()
+
+    def end(self):
+        """Median and least seconds, and least processor seconds."""
+        self.stop()
         seconds = [s for s, _ in self.rounds]
         return statistics.median(seconds), min(seconds), min(p for _, p in self.rounds)
 
 
-def compare(case, pandas, ours, path, rounds):
-    """Print one line each; the ratio of the least times."""
+def compare(case, pandas, ours, path, rounds, anew=False):
+    """Print one line each; the ratio of the least times. `anew`: each round in a process of its own."""
     for _ in range(rounds):
-        pandas.read()
-        ours.read()
+        for reader in (pandas, ours):
+            if anew:
+                reader.stop()
+                reader.start()
+            reader.read()
     size = path.stat().st_size / 1e6
     reference = pandas.end()
     for name, found in (("pandas", reference), ("ours", ours.end())):
@@ -99,14 +109,17 @@ def main():
     if not path.exists():
         write(path)
     python = python_with_pandas(work / "venv")
-    build = ["cargo", "build", "--release", "-p", "drivescope-import", "--example", "csv_speed"]
+    build = ["cargo", "build", "--release", "-p", "drivescope-cli", "--example", "csv_speed"]
     subprocess.run(build, check=True, cwd=ROOT)
     native = [TARGET / "release" / "examples" / "csv_speed", path]
-    ratios = []
-    for case, core, threads in (("one core", min(os.sched_getaffinity(0)), ["1"]), ("all cores", None, [])):
+    first = min(os.sched_getaffinity(0))
+    cases = (("one core", first, ["1"], False), ("all cores", None, [], False), ("all cores, anew", None, [], True))
+    ratios = {}
+    for case, core, threads, anew in cases:
         pair = Reader([python, "-c", PANDAS, path], core), Reader(native + threads, core)
-        ratios.append(compare(case, *pair, path, args.rounds))
-    return 0 if args.check is None or min(ratios) >= args.check else 1
+        ratios[case] = compare(case, *pair, path, args.rounds, anew)
+    ratios.pop("all cores")
+    return 0 if args.check is None or min(ratios.values()) >= args.check else 1
 
 
 if __name__ == "__main__":

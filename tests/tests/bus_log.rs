@@ -8,17 +8,16 @@ use std::path::PathBuf;
 use drivescope_drive::channel::{Channel, Series};
 use drivescope_drive::drive::Drive;
 use drivescope_drive::frames::wrap_angle;
-use drivescope_drive::signals::Imu;
+use drivescope_drive::signals::Gnss;
 use drivescope_estimation::registry::run_by_name;
 use drivescope_estimation::score::mode::ModeScore;
-use drivescope_import::{Opening, SeekSource, Source, open_log};
-use nalgebra::{Matrix3, Vector3};
+use drivescope_import::{Mapping, Opening, SeekSource, Source, open_log};
 use serde_json::json;
 
 /// Samples of the receiver further apart than this, s, say nothing of what is between.
 const LONGEST_STEP: f64 = 2.5;
 
-fn open() -> Option<Drive> {
+fn read() -> Option<drivescope_import::Log> {
     let root = drivescope_tests::shared("data/css_canedge_mf4")?;
     let parts = ["00000001-60FEB68B", "00000002-60FEB8E3", "00000003-60FEBB3B"];
     let mut paths: Vec<PathBuf> =
@@ -30,7 +29,15 @@ fn open() -> Option<Drive> {
     };
     let mut opening = Opening::new(paths.iter().map(source).collect()).unwrap();
     while opening.step().unwrap() {}
-    Some(open_log(opening.finish().unwrap(), None).unwrap().0)
+    Some(opening.finish().unwrap())
+}
+
+/// The drive with every correction taken that is proposed when it is opened.
+fn corrected() -> Option<(Drive, Mapping)> {
+    let report = open_log(read()?, None).unwrap().1;
+    let mut mapping = report.mapping.clone();
+    report.findings.iter().filter_map(|f| f.correction.as_ref()).for_each(|c| mapping.correct(c));
+    Some((open_log(read()?, Some(&mapping)).unwrap().0, mapping))
 }
 
 /// A column of the receiver at a time, on the straight line between its samples.
@@ -43,30 +50,9 @@ fn at(series: &Series, values: &[f64], time: f64) -> Option<f64> {
     (step < LONGEST_STEP && value.is_finite()).then_some(value)
 }
 
-fn vectors(imu: &Imu) -> (Vector3<f64>, Vector3<f64>) {
-    (Vector3::new(imu.accel_x, imu.accel_y, imu.accel_z), Vector3::new(imu.gyro_x, imu.gyro_y, imu.gyro_z))
-}
-
-/// Sensor to forward, right, down: down from gravity, forward from what goes with the change of speed.
-fn mounting(drive: &Drive, speed: impl Fn(f64) -> Option<f64>) -> Matrix3<f64> {
-    let rows = (0..drive.imu.len()).map(|k| drive.imu.at(k));
-    let forces: Vec<(f64, Vector3<f64>)> = rows.map(|(time, imu)| (time, vectors(&imu).0)).collect();
-    let mean = forces.iter().map(|(_, f)| f).sum::<Vector3<f64>>() / forces.len() as f64;
-    let down = -mean.normalize();
-    let mut along = Vector3::zeros();
-    for (time, force) in forces {
-        if let (Some(before), Some(after)) = (speed(time - 1.0), speed(time + 1.0)) {
-            let level = force - mean;
-            along += (level - down * down.dot(&level)) * (after - before);
-        }
-    }
-    let forward = along.normalize();
-    Matrix3::from_rows(&[forward.transpose(), down.cross(&forward).transpose(), down.transpose()])
-}
-
 #[test]
 fn modes_of_twenty_six_minutes_agree_with_the_receivers_speed_and_course() {
-    let Some(mut drive) = open() else { return };
+    let Some((drive, mapping)) = corrected() else { return };
     let (speeds, fixes) = (drive.wheels.series().clone(), drive.gnss.series().clone());
     let speed = |t: f64| at(&speeds, speeds.column("speed").unwrap(), t);
     let mut course = fixes.column("course").unwrap().to_vec();
@@ -74,21 +60,11 @@ fn modes_of_twenty_six_minutes_agree_with_the_receivers_speed_and_course() {
     let turn = |t: f64| Some(0.5 * (at(&fixes, &course, t + 1.0)? - at(&fixes, &course, t - 1.0)?));
 
     // X points up, forward is -Y and right is +Z, as those who recorded it say.
-    let mounting = mounting(&drive, speed);
-    let said = Matrix3::new(0.0, -1.0, 0.0, 0.0, 0.0, 1.0, -1.0, 0.0, 0.0);
-    let angle = (((mounting * said.transpose()).trace() - 1.0) / 2.0).acos();
-    println!("mounting {mounting:.3} is {:.1} deg from the one said", angle.to_degrees());
-    assert!(angle < 15f64.to_radians(), "{mounting}");
-
-    let mut turned: Channel<Imu> = Channel::default();
-    for k in 0..drive.imu.len() {
-        let (time, imu) = drive.imu.at(k);
-        let (f, w) = vectors(&imu);
-        let (f, w) = (mounting * f, mounting * w);
-        let row = Imu { accel_x: f.x, accel_y: f.y, accel_z: f.z, gyro_x: w.x, gyro_y: w.y, gyro_z: w.z };
-        turned.push(time, row).unwrap();
-    }
-    drive.imu = turned;
+    let of = |signal: &str| (mapping.signals[signal].column.as_str(), mapping.signals[signal].scale);
+    assert_eq!(
+        ["accel_x", "accel_y", "accel_z"].map(of),
+        [("AccelerationY", -1.0), ("AccelerationZ", 1.0), ("AccelerationX", -1.0)]
+    );
     // Without the receiver's speed: that is what the modes are held against.
     let run = run_by_name("motion_mode", &drive, &json!({"use_speed": false}), None).unwrap();
     let series = run.series();
@@ -104,6 +80,25 @@ fn modes_of_twenty_six_minutes_agree_with_the_receivers_speed_and_course() {
     let found = ModeScore::new(series.time(), series.column("mode").unwrap(), &said).unwrap();
     println!("{found:?}");
     assert!(found.count > 130_000 && found.accuracy_guarded >= 0.95, "{found:?}");
+    // With the places of the fixes and nothing else of the receiver: the reference is its speed, which it measures by itself. The
+    // engine idles in every rest and was never off; wherever the modes come to rest by the fixes, the receiver says so too.
+    let mut bare = Drive { wheels: Channel::default(), gnss: Channel::default(), ..drive.clone() };
+    for (time, fix) in drive.gnss.iter() {
+        let place = Gnss { lat: fix.lat, lon: fix.lon, valid: fix.valid, ..Gnss::default() };
+        bare.gnss.push(time, place).unwrap();
+    }
+    let by_places = run_by_name("motion_mode", &bare, &serde_json::Value::Null, None).unwrap();
+    let modes = by_places.series().column("mode").unwrap();
+    let placed = ModeScore::new(series.time(), modes, &said).unwrap();
+    println!("with places: {placed:?}");
+    assert!(placed.accuracy_guarded >= found.accuracy_guarded + 0.01, "{placed:?}, {found:?}");
+    assert_eq!(placed.confusion[1][0] + placed.confusion[2][0], 0, "never at rest on the road: {placed:?}");
+    // For the first half minute the receiver repeats one place, and zero speed, of a car that turns at up to 0.5 rad/s.
+    let turning = |series: &Series| {
+        let (modes, turns) = (series.column("mode").unwrap(), series.column("yd").unwrap());
+        modes.iter().zip(turns).filter(|(mode, turn)| **mode == 0.0 && turn.abs() > 0.05).count()
+    };
+    assert_eq!(turning(by_places.series()), turning(series), "the fixes tell no rest of a car that turns");
     let [_, straight, corner] = found.confusion;
     assert_eq!(straight[0] + corner[0], 0, "never at rest on the road: {found:?}");
     assert!(corner[2] as f64 / corner.iter().sum::<usize>() as f64 >= 0.99, "{found:?}");

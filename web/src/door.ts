@@ -88,6 +88,8 @@ export interface OpenReport {
   unused: { column: string; reason: string }[];
   notes: string[];
   warnings: OpenWarning[];
+  /** Whether its columns were held against physics when it was opened. */
+  is_examined: boolean;
   /** What the log was read with, for saving. */
   mapping: Mapping | null;
 }

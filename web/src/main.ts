@@ -6,17 +6,15 @@ import './style/dialog.css';
 import './style/plots.css';
 import './style/panel.css';
 import './style/score.css';
-import './style/drives.css';
 import './style/magnetic.css';
-import { CompassDialog } from './compass/dialog';
 import { Doctor } from './compass/doctor';
+import { CompassEntry } from './compass/entry';
 import { h, iconButton, save } from './dom';
 import type { ParamValue } from './door';
-import { dropTarget, labelsAmong, openFiles } from './files';
+import { dropTarget } from './drop';
 import type { Trial } from './gallery/door';
-import type { Gallery } from './gallery/gallery';
-import type { Loops } from './loops/gallery-loops';
 import { listenToKeys } from './keys';
+import { Later, LaterDialog } from './later';
 import { t } from './messages';
 import { FaultSwitch } from './navigation/fault-switch';
 import { offerIn } from './panel/offer';
@@ -30,14 +28,12 @@ import { Session } from './session';
 import { Store } from './state';
 import { fromHash, History, type Tuning, withParam } from './tuning';
 import { attitudeView } from './views/attitude';
-import { DriveDialog } from './views/drives';
-import { followAddress, header, helpDialog } from './views/header';
+import { driveChooser } from './views/chooser';
+import { followAddress, header } from './views/header';
 import { modeView } from './views/mode';
 import { slopeView } from './views/slope';
 import { TrajectoryView } from './views/trajectory';
 import { Transport } from './views/transport';
-import type { ColumnsDialog } from './wizard/columns';
-import type { Watch } from './wizard/watch';
 import type { OpenRequest } from './worker/rpc';
 
 /** Seconds of a long drive that are simulated before they are estimated and shown; the rest follows. */
@@ -52,8 +48,8 @@ const history = new History<Tuning>(store.tuning.value);
 followTheme(store);
 
 const doctor = new Doctor(store, session);
-const compass = new CompassDialog(store, session, doctor);
-const views = [attitudeView(store, session, history, compass), slopeView(store, session)];
+const compass = new LaterDialog(t.compass.open_doctor, async () => new (await import('./compass/dialog')).CompassDialog(store, session, doctor), tell);
+const views = [attitudeView(store, session, history, new CompassEntry(doctor, compass.show)), slopeView(store, session)];
 const mode = modeView(store, session);
 const trajectory = new TrajectoryView(store, session);
 trajectory.onOutages = (outages) => mode.setOutages(outages);
@@ -62,8 +58,20 @@ const tune = new TunePanel(store, session, history);
 /** What is said beside a log of how its columns were read, and what opens their table. */
 const beside = { notice: h('div.columns-notice', { role: 'status', hidden: true }), button: h('button', { type: 'button', hidden: true }) };
 const report = new ReportPanel(store, beside);
-const help = helpDialog(store);
-const drives = new DriveDialog(store, session, (name, seed) => void openBuiltIn(name, seed));
+const files = new Later(() => import('./files'));
+const help = new LaterDialog(t.header.help, async () => new (await import('./views/help')).Help(store), tell);
+const openDrive = (name: string, seed: number | null): void => void openBuiltIn(name, seed);
+const drives = new LaterDialog(t.drives.title, async () => new (await import('./views/drives')).DriveDialog(store, session, openDrive), tell);
+const papers = new LaterDialog(t.header.papers, async () => new (await import('./gallery/gallery')).Gallery(store, (trial) => void openTrial(trial).catch(tell)), tell);
+/** The closed loops come with the gallery's module. */
+const loops = new LaterDialog(t.header.loops, async () => new (await import('./loops/gallery-loops')).Loops(store), tell);
+/** What watches over the columns of logs; without it a log opens all the same. */
+const watch = new Later(async () => new (await import('./wizard/watch')).Watch(store, session, beside, () => columns.show()));
+const columns = new LaterDialog(t.header.columns, async () => {
+  const [{ ColumnsDialog }, watching] = await Promise.all([import('./wizard/columns'), watch.get()]);
+  return new ColumnsDialog(store, watching);
+}, tell);
+store.report.on((now) => now?.import?.mapping && watch.fetch());
 const side = sidePanel();
 const faults = new FaultSwitch(store, session);
 const rooms = new Rooms(store, {
@@ -81,12 +89,17 @@ async function openBuiltIn(name: string, seed: number | null = null): Promise<vo
   const first = drive && drive.duration <= SHORT_DRIVE ? null : FIRST_LOOK;
   if (!(await session.open({ kind: 'simulation', name, seed, first, composed: null }, drive?.title ?? name))) return;
   // Once nothing else is to be done, so that a file can be opened later without a network.
-  void session.runAll().then(watched).catch(() => undefined);
+  void session.runAll().then(fetchRest, () => undefined);
+}
+
+/** What a drive or a file is opened with. */
+function fetchRest(): void {
+  for (const part of [watch, files, drives, help, compass]) part.fetch();
 }
 
 /** Open what a claim was tried on, tuned as it was tried. */
 async function openTrial({ source, estimator, params, vehicle }: Trial): Promise<void> {
-  (await gallery)?.element.close();
+  (await papers.get()).element.close();
   const info = store.catalogue.value?.estimators.find((e) => e.name === estimator);
   let tuning: Tuning = { params: { ...store.tuning.value.params, [estimator]: {} }, vehicle };
   const values = (params === '' ? {} : JSON.parse(params)) as Record<string, ParamValue>;
@@ -104,78 +117,23 @@ async function openTrial({ source, estimator, params, vehicle }: Trial): Promise
   if (opened) void session.runAll();
 }
 
-let gallery: Promise<Gallery> | null = null;
-
-/** The gallery and its WebAssembly module are loaded when it is opened first. */
-async function showPapers(): Promise<void> {
-  gallery ??= import('./gallery/gallery').then(({ Gallery }) => {
-    const made = new Gallery(store, (trial) => void openTrial(trial).catch(tell));
-    document.querySelector('.page')?.append(made.element);
-    return made;
-  });
-  try {
-    (await gallery).show();
-  } catch (reason) {
-    gallery = null;
-    tell(reason);
-  }
-}
-
-let loops: Promise<Loops> | null = null;
-
-/** The closed loops come with the gallery's module, when they are opened first. */
-async function showLoops(): Promise<void> {
-  loops ??= import('./loops/gallery-loops').then(({ Loops }) => {
-    const made = new Loops(store);
-    document.querySelector('.page')?.append(made.element);
-    return made;
-  });
-  try {
-    (await loops).show();
-  } catch (reason) {
-    loops = null;
-    tell(reason);
-  }
-}
-
-let watch: Promise<Watch> | null = null;
-
-/** What watches over the columns of logs; without it a log opens all the same. */
-function watched(): Promise<Watch> {
-  watch ??= import('./wizard/watch').then(({ Watch }) => new Watch(store, session, beside, () => void showColumns().catch(tell)));
-  watch.catch(() => (watch = null));
-  return watch;
-}
-store.report.on((now) => now?.import?.mapping && void watched().catch(() => undefined));
-
-let columns: Promise<ColumnsDialog> | null = null;
-
-/** The table of columns is loaded when it is opened first. */
-async function showColumns(): Promise<void> {
-  columns ??= Promise.all([import('./wizard/columns'), watched()]).then(([{ ColumnsDialog }, watch]) => {
-    const made = new ColumnsDialog(store, watch);
-    document.querySelector('.page')?.append(made.element);
-    return made;
-  });
-  try {
-    (await columns).show();
-  } catch (reason) {
-    columns = null;
-    tell(reason);
-  }
-}
-
 function tell(reason: unknown): void {
   store.error.value = reason instanceof Error ? reason.message : String(reason);
 }
 
-async function openDropped(files: File[]): Promise<void> {
-  const labels = await labelsAmong(files);
-  const others = files.filter((file) => file !== labels?.file);
+async function openDropped(dropped: File[]): Promise<void> {
+  const { labelsAmong, openFiles } = await files.get();
+  const labels = await labelsAmong(dropped);
+  const others = dropped.filter((file) => file !== labels?.file);
   if (await openFiles(store, session, others, FIRST_LOOK, (text) => doctor.applySaved(text))) side.showReport(true);
   if (!labels) return;
   store.room.value = 'motion';
   (await import('./motion/paint')).takeLabels(store, labels.text, labels.file.name);
+}
+
+/** Open what was dropped or chosen; what opens it may have to be loaded first. */
+function openAll(dropped: File[]): void {
+  openDropped(dropped).catch(tell);
 }
 
 /** Open a part of a log that does not fit as a whole. */
@@ -205,13 +163,13 @@ function sidePanel(): { element: HTMLElement; showReport(isShown: boolean): void
 }
 
 const bar = header(store, session, {
-  openFiles: (files) => void openDropped(files),
+  openFiles: openAll,
   savePictures,
-  showHelp: () => help.showModal(),
+  showHelp: help.show,
   showReport: () => side.toggleReport(),
-  showPapers: () => void showPapers(),
-  showLoops: () => void showLoops(),
-}, drives.button, statusLine(store, session));
+  showPapers: papers.show,
+  showLoops: loops.show,
+}, driveChooser(store, drives.show), statusLine(store, session));
 
 document.querySelector('#app')?.replaceWith(
   h(
@@ -222,20 +180,17 @@ document.querySelector('#app')?.replaceWith(
     faults.sign,
     h('main', {}, rooms.element, h('div.side-column', {}, trajectory.element, side.element)),
     transport.element,
-    dropTarget((files) => void openDropped(files)),
-    help,
-    drives.element,
-    compass.element,
+    dropTarget(openAll),
   ),
 );
 
 listenToKeys(store, {
   togglePlay: () => transport.toggle(),
   openDialog: bar.openDialog,
-  chooseDrive: () => drives.show(),
-  showPapers: () => void showPapers(),
-  showLoops: () => void showLoops(),
-  showHelp: () => (help.open ? help.close() : help.showModal()),
+  chooseDrive: drives.show,
+  showPapers: papers.show,
+  showLoops: loops.show,
+  showHelp: help.show,
   nextRoom: () => rooms.next(),
   focusView: (key) => {
     const view = [...document.querySelectorAll<HTMLElement>(`[data-key="${key}"]`)].find((v) => v.checkVisibility());

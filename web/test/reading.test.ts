@@ -1,6 +1,8 @@
 import { expect, test } from 'vitest';
 import type { Door, DriveHead, DrivePart, Progress } from '../src/door';
 import { Making } from '../src/worker/making';
+import { examined, keep } from '../src/worker/examining';
+import type { Keep } from '../src/worker/rpc';
 import { FileReaders, type ReaderDoor, type Thinned } from '../src/worker/readers';
 import { type Role, Shelf } from '../src/worker/shelf';
 import type { Examined } from '../src/wizard/door';
@@ -9,7 +11,7 @@ const HEAD = ['a.csv', undefined, undefined, undefined, {}] as unknown as DriveH
 const PART = (name: string): DrivePart => [name, ['x'], new Float64Array(1), [new Float64Array(1)]];
 
 const role = (file: File): Role => (file.name.endsWith('.dbc') ? 'database' : file.name.endsWith('.blf') ? 'bus' : 'log');
-const file = (name: string, text = ''): File => new File([text], name);
+const file = (name: string, text = ''): File => new File([text], name, { lastModified: 0 });
 
 /** Readers that read two pieces and hand over these parts; what was said to whom. */
 function staged(parts: DrivePart[], breaks = false): { said: string[]; readers: FileReaders; making: Making } {
@@ -54,7 +56,34 @@ test('an examination reads the files once more, hands over what was found and gi
   while (!readers.read_some(30).done);
   expect(readers.examination()).toHaveLength(4);
   expect(said).toEqual(['examine a.csv', 'memory given back']);
-  expect(() => readers.examination()).toThrow('nothing is being read');
+  expect(readers.examination()).toBeNull();
+});
+
+/** Catches an examination that is lost with the reader's memory, and one that is taken for that of the next log. */
+test('what was found at the opening outlives the reader, for this log alone', () => {
+  const { readers, making } = staged([PART('imu')]);
+  readers.begin([file('a.csv')], undefined);
+  while (!making.some(30).done);
+  expect(readers.examination()).toHaveLength(4);
+  readers.begin([file('b.csv')], undefined);
+  readers.cancel();
+  expect(readers.examination()).toBeNull();
+});
+
+/** Catches a threshold or an identity that has a log read twice, and what was found about another log. */
+test('what was found is that of the files that are open, whose copies are known again', () => {
+  const found = [{ columns: [] }, [], [], [0, [], []]] as unknown as [...Examined, Thinned];
+  const asked = (name: string, keep?: Keep) => examined({ files: [file(name)], mapping: null, ...(keep ? { keep } : {}) });
+  keep({ files: [file('a.csv')] }, found);
+  expect(asked('a.csv')).toHaveLength(3);
+  expect(asked('b.csv')).toBeNull();
+  expect(asked('a.csv', { every: 2 })).toBeNull();
+  // Read anew with another mapping, a large log is not examined again.
+  keep({ files: [file('a.csv')] }, null);
+  expect(asked('a.csv')).toHaveLength(3);
+  keep({ files: [file('b.csv')] }, null);
+  keep({ files: [file('a.csv')] }, null);
+  expect(asked('a.csv')).toBeNull();
 });
 
 test('a database alone is read with the bus log before it, by the mapping that was asked for', () => {

@@ -197,14 +197,7 @@ pub trait Params: Default + Clone {
     /// # Errors
     /// Unknown name, wrong kind, or out of range; nothing is changed then.
     fn set(&mut self, name: &str, value: &Value) -> Result<(), ParamError> {
-        let index = Self::SPECS
-            .iter()
-            .position(|s| s.name == name)
-            .or_else(|| Self::SPECS.iter().position(|s| !s.symbol.is_empty() && s.symbol == name))
-            .ok_or_else(|| ParamError::Unknown {
-                name: name.into(),
-                known: Self::SPECS.iter().map(|s| s.name).collect::<Vec<_>>().join(", "),
-            })?;
+        let index = index_of(Self::SPECS, name)?;
         let value = Self::SPECS[index].parse(value)?;
         self.put(index, value);
         Ok(())
@@ -216,22 +209,13 @@ pub trait Params: Default + Clone {
     /// The first value that cannot be taken.
     fn from_json(json: &Value) -> Result<Self, ParamError> {
         let mut params = Self::default();
-        match json {
-            Value::Null => {}
-            Value::Object(map) => map.iter().try_for_each(|(name, value)| params.set(name, value))?,
-            other => return Err(ParamError::NotAnObject(json::named(other))),
-        }
+        put_all(Self::SPECS, json, &mut |index, value| params.put(index, value))?;
         Ok(params)
     }
 
     /// All values as a JSON object.
     fn to_json(&self) -> Value {
-        // One by one: collecting into a map sorts first, with code of its own.
-        let mut map = Map::new();
-        for (i, spec) in Self::SPECS.iter().enumerate() {
-            map.insert(spec.name.to_string(), self.get(i).to_json());
-        }
-        Value::Object(map)
+        object(Self::SPECS, &|index| self.get(index))
     }
 
     /// Check every value against its declaration.
@@ -239,8 +223,48 @@ pub trait Params: Default + Clone {
     /// # Errors
     /// The first value out of range.
     fn validate(&self) -> Result<(), ParamError> {
-        Self::SPECS.iter().enumerate().try_for_each(|(i, s)| s.parse(&self.get(i).to_json()).map(drop))
+        check_all(Self::SPECS, &|index| self.get(index))
     }
+}
+
+// What the methods above share, compiled once for all parameters.
+
+#[inline(never)]
+fn index_of(specs: &[ParamSpec], name: &str) -> Result<usize, ParamError> {
+    let by_symbol = || specs.iter().position(|s| !s.symbol.is_empty() && s.symbol == name);
+    specs.iter().position(|s| s.name == name).or_else(by_symbol).ok_or_else(|| ParamError::Unknown {
+        name: name.into(),
+        known: specs.iter().map(|s| s.name).collect::<Vec<_>>().join(", "),
+    })
+}
+
+#[inline(never)]
+fn put_all(specs: &[ParamSpec], json: &Value, put: &mut dyn FnMut(usize, ParamValue)) -> Result<(), ParamError> {
+    let map = match json {
+        Value::Null => return Ok(()),
+        Value::Object(map) => map,
+        other => return Err(ParamError::NotAnObject(json::named(other))),
+    };
+    for (name, value) in map {
+        let index = index_of(specs, name)?;
+        put(index, specs[index].parse(value)?);
+    }
+    Ok(())
+}
+
+#[inline(never)]
+fn object(specs: &[ParamSpec], get: &dyn Fn(usize) -> ParamValue) -> Value {
+    // One by one: collecting into a map sorts first, with code of its own.
+    let mut map = Map::new();
+    for (i, spec) in specs.iter().enumerate() {
+        map.insert(spec.name.to_string(), get(i).to_json());
+    }
+    Value::Object(map)
+}
+
+#[inline(never)]
+fn check_all(specs: &[ParamSpec], get: &dyn Fn(usize) -> ParamValue) -> Result<(), ParamError> {
+    specs.iter().enumerate().try_for_each(|(i, s)| s.parse(&get(i).to_json()).map(drop))
 }
 
 /// A parameter that is one of a list of names. Written with [`choice!`](crate::choice).

@@ -153,8 +153,19 @@ pub enum RunError {
 
 /// The car that `E` assumes: the one that is given, else the drive's own, else its default.
 pub fn vehicle_of<E: Estimator>(drive: &Drive, given: Option<&VehicleParams>) -> VehicleParams {
+    known_or_preset(E::VEHICLE, drive, given)
+}
+
+// Compiled once for all estimators, as is `missing`.
+#[inline(never)]
+fn known_or_preset(preset: &str, drive: &Drive, given: Option<&VehicleParams>) -> VehicleParams {
     let known = given.or(drive.vehicle.as_ref()).cloned();
-    known.or_else(|| VehicleParams::preset(E::VEHICLE)).unwrap_or_default()
+    known.or_else(|| VehicleParams::preset(preset)).unwrap_or_default()
+}
+
+#[inline(never)]
+fn missing(needs: &'static [Need], drive: &Drive) -> Option<&'static Need> {
+    needs.iter().find(|n| n.required && !drive.has(n.signal))
 }
 
 /// A pass of one estimator over a drive, that can stop and go on.
@@ -174,7 +185,7 @@ impl<E: Estimator> Run<E> {
     /// A parameter out of range, or a required signal that is missing.
     pub fn new(drive: &Drive, params: &E::Params, vehicle: Option<&VehicleParams>) -> Result<Self, RunError> {
         params.validate()?;
-        if let Some(need) = E::NEEDS.iter().find(|n| n.required && !drive.has(n.signal)) {
+        if let Some(need) = missing(E::NEEDS, drive) {
             return Err(RunError::Missing { estimator: E::NAME, signal: need.signal.label(), why: need.why });
         }
         let vehicle = vehicle_of::<E>(drive, vehicle);

@@ -89,7 +89,7 @@ impl ColumnBuilder {
 
     /// Append the values of column `index` of rows that are `width` wide.
     pub fn take(&mut self, rows: &[f64], width: usize, index: usize) {
-        if self.kind == Kind::Text {
+        if !self.kind.is_kept() {
             return;
         }
         let before = self.values.len();
@@ -204,5 +204,20 @@ impl ColumnBuilder {
             meaning: None,
         });
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Catches: a column that the user leaves out for want of memory, held until the end of the file all the same.
+    #[test]
+    fn a_column_that_is_left_out_takes_no_memory() {
+        let mut column = ColumnBuilder::new("left".into(), None);
+        column.kind = Kind::Left;
+        column.reserve(1000).unwrap();
+        column.take(&[1.0, 2.0, 3.0, 4.0], 2, 1);
+        assert_eq!(column.values.capacity(), 0);
     }
 }

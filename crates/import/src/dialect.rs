@@ -3,6 +3,7 @@
 use crate::cell::{Content, Cut, RowScan, content, is_comment};
 use crate::error::{MAX_TABLE_COLUMNS, decode};
 use crate::names::is_time_name;
+use crate::register::Named;
 use crate::units::is_unit;
 
 /// The layout of a text file.
@@ -302,13 +303,13 @@ fn named_columns(header: &[Vec<u8>], units: Option<&Vec<Vec<u8>>>, comment: bool
         texts.pop();
     }
     let mut columns: Vec<(String, Option<String>)> = Vec::with_capacity(texts.len());
-    let mut seen = std::collections::BTreeMap::<String, usize>::new();
+    let mut seen = Named::<usize>::default();
     for (i, text) in texts.iter().enumerate() {
         let (mut name, mut unit) = split_unit(text);
         if name.is_empty() {
             name = format!("column {}", i + 1);
         }
-        let times = seen.entry(name.clone()).or_insert(0);
+        let times = seen.entry(name.clone(), || 0);
         *times += 1;
         if *times > 1 {
             name = format!("{name} ({times})");

@@ -1,6 +1,6 @@
 //! Why a file does not become a drive: one sentence each, naming the place, what was expected and what was found.
 
-use crate::keep::Offer;
+use crate::offer::Offer;
 use crate::source::ReadError;
 
 /// Columns beyond this are refused.

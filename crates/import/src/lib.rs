@@ -39,6 +39,8 @@ mod mapping;
 mod merge;
 mod names;
 mod number;
+mod offer;
+mod open;
 mod opening;
 mod order;
 mod pairing;
@@ -46,6 +48,7 @@ mod physics;
 mod place;
 mod propose;
 mod raw_gnss;
+mod register;
 mod report;
 mod settle;
 mod source;
@@ -62,15 +65,15 @@ pub use examine::{
     Thinned, Trial, Weight, choices, examine, try_out,
 };
 pub use formats::{FORMATS, Format};
-pub use keep::{Keep, Offer};
+pub use keep::Keep;
 pub use mapping::{MAPPING_VERSION, Mapping, Mount, Origin, SignalSource, TimeFraction, TimeSource};
 pub use names::signal;
+pub use offer::Offer;
+pub use open::{Examined, examine_drawn, examine_log, open_csv, open_drawn, open_log, open_raw, open_table};
 pub use opening::{Log, Opening, Progress};
 pub use propose::{Confidence, Entry, Proposal, Unused, propose};
 pub use raw_gnss::{is_raw_gnss, raw_gnss};
-pub use report::{
-    Missing, OpenReport, UsedSignal, examine_drawn, examine_log, open_csv, open_log, open_raw, open_table,
-};
+pub use report::{Missing, OpenReport, UsedSignal};
 pub use source::{ByteSource, IoSource, MemorySource, ReadError, SeekSource, Source};
 pub use table::{Layout, Meaning, RawColumn, Table, TextColumn, TimeEpoch, Warning};
 pub use units::factor;

@@ -1,7 +1,5 @@
 //! Tables of one drive made one: consecutive parts are joined, different sensors are merged on time.
 
-use std::collections::BTreeMap;
-
 use crate::clock;
 use crate::error::ImportError;
 use crate::names::{self, time_name};
@@ -9,6 +7,7 @@ use crate::opening::Log;
 use crate::order::sort_by;
 use crate::pairing::{gather_fixes, pair_inertial};
 use crate::propose::Unused;
+use crate::register::Named;
 use crate::table::{RawColumn, Table, TimeEpoch, Warning};
 
 /// Seconds between 2001 and 2096: such a time is one since 1970.
@@ -282,7 +281,7 @@ fn wide(mut parts: Vec<Part>, name: &str, warnings: &mut Vec<Warning>) -> Result
     }
     parts.retain(|p| !p.table.columns.is_empty());
     let time = union(&parts);
-    let mut taken = BTreeMap::<String, usize>::new();
+    let mut taken = Named::<usize>::default();
     let width = parts.iter().map(|p| p.table.columns.len()).sum::<usize>() + 1;
     let full = || ImportError::OutOfMemory { file: name.clone(), row: 1, columns: width };
     let mut columns =
@@ -298,7 +297,7 @@ fn wide(mut parts: Vec<Part>, name: &str, warnings: &mut Vec<Warning>) -> Result
             for (value, row) in column.values.iter().zip(&rows).filter(|(v, r)| v.is_finite() && **r != u32::MAX) {
                 values[*row as usize] = *value;
             }
-            let count = taken.entry(column.name.clone()).or_insert(0);
+            let count = taken.entry(column.name.clone(), || 0);
             *count += 1;
             let name = if *count == 1 { column.name } else { format!("{} ({label})", column.name) };
             columns.push(RawColumn { name, values, ..column });

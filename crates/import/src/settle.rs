@@ -7,16 +7,17 @@ use crate::propose::{Confidence, Entry, Proposal};
 ///
 /// What contradicts is only said, with its correction. Completed are columns without a known name that physics is sure
 /// of, and values that stand for none; each is a note.
-pub(crate) fn settle(proposal: &mut Proposal, found: Examination, is_given: bool) -> Vec<Finding> {
-    let against = contradictions(&proposal.mapping, &found);
+pub(crate) fn settle(proposal: &mut Proposal, found: &Examination, is_given: bool) -> Vec<Finding> {
+    let against = contradictions(&proposal.mapping, found);
     proposal.notes.retain(|note| !is_told(note, &against));
     let mut findings = against;
     if !is_given {
-        blank(proposal, &found);
-        findings.extend(adopt(proposal, &found));
+        blank(proposal, found);
+        findings.extend(adopt(proposal, found));
     }
     let now = &proposal.mapping;
-    findings.extend(found.findings.into_iter().filter(|f| !f.correction.as_ref().is_some_and(|c| c.is_done(now))));
+    let stands = |f: &&Finding| !f.correction.as_ref().is_some_and(|c| c.is_done(now));
+    findings.extend(found.findings.iter().filter(stands).cloned());
     findings
 }
 

@@ -147,6 +147,27 @@ fn the_bus_loggers_sensor_stands_on_edge_and_the_correction_puts_it_right() {
 }
 
 #[test]
+fn the_three_files_of_the_bus_logger_tell_its_mounting_too() {
+    // The first one repeats an old place for 34 s; then its receiver finds itself 51 m away. Taken for a change of speed, that
+    // jump hid which way forward is, and the correction left the log without a forward acceleration.
+    let Some(root) = shared("css_canedge_mf4") else { return };
+    let parts = ["1-60FEB68B", "2-60FEB8E3", "3-60FEBB3B"];
+    let mut paths: Vec<PathBuf> =
+        parts.iter().map(|p| root.join(format!("gps_imu_obd2_3BA199E2_165_0000000{p}.MF4"))).collect();
+    paths.push(root.join("canmod-gps.dbc"));
+    let report = opened(&paths);
+    let mut mapping = report.mapping.clone();
+    report.findings.iter().filter_map(|f| f.correction.as_ref()).for_each(|c| mapping.correct(c));
+    for stem in ["accel", "gyro"] {
+        let read = ["x", "y", "z"].map(|axis| {
+            let source = &mapping.signals[&format!("{stem}_{axis}")];
+            (source.column.chars().last().unwrap_or('?'), source.scale)
+        });
+        assert_eq!(read, [('Y', -1.0), ('Z', 1.0), ('X', -1.0)], "{stem}: X up, forward -Y, right +Z");
+    }
+}
+
+#[test]
 fn altitude_of_minus_5400_m_is_no_altitude() {
     let Some(root) = shared("css_canedge_mf4") else { return };
     let mf4 = root.join("gps_imu_obd2_3BA199E2_165_00000001-60FEB68B.MF4");

@@ -1,7 +1,9 @@
 //! The calls of JavaScript.
 
 use drivescope_door::{Handover, Progress, plain, sentence};
-use drivescope_import::{Format, ImportError, Keep, Mapping, Offer, Opening, Source, choices, examine_drawn, open_log};
+use drivescope_import::{
+    Examined, Format, ImportError, Keep, Mapping, Offer, Opening, Source, choices, examine_drawn, open_drawn,
+};
 use js_sys::{Array, Date, Float64Array};
 use wasm_bindgen::prelude::*;
 use web_sys::File;
@@ -91,13 +93,11 @@ impl Reader {
         }
         let log = reading.opening.finish().map_err(sentence)?;
         if reading.is_examination {
-            let (found, pictures, thin) = examine_drawn(log, PICTURE).map_err(sentence)?;
-            let pictures: Array = pictures.iter().map(|p| Float64Array::from(p.as_slice())).collect();
-            self.examined =
-                Some(Array::of4(&plain(&found)?, &pictures, &plain(&choices())?, &crate::trial::handed(&thin)));
+            self.examined = Some(handed(&examine_drawn(log, PICTURE).map_err(sentence)?)?);
             return plain(&Progress { done: true, fraction: 1.0, stage: "mapping", rows: 0 });
         }
-        let (drive, report) = open_log(log, reading.mapping.as_ref()).map_err(sentence)?;
+        let (drive, report, examined) = open_drawn(log, reading.mapping.as_ref(), PICTURE).map_err(sentence)?;
+        self.examined = examined.as_ref().map(handed).transpose()?;
         self.read = Some(Handover::new(drive, plain(&report)?));
         plain(&Progress { done: true, fraction: 1.0, stage: "mapping", rows: report.rows })
     }
@@ -111,7 +111,8 @@ impl Reader {
 
     /// What was examined: what was found ([`drivescope_import::Examination`]), and of each of its columns a small picture,
     /// the least and the largest value of equal parts in turn; then what a column can be read as
-    /// ([`drivescope_import::choices`]), and the columns thinned for [`crate::try_mapping`]; undefined before. What was taken is no longer held here.
+    /// ([`drivescope_import::choices`]), and the columns thinned for [`crate::try_mapping`]. Undefined before, and after
+    /// a drive was read whose columns were not examined. What was taken is no longer held here.
     pub fn examination(&mut self) -> Option<Array> {
         self.examined.take()
     }
@@ -135,6 +136,13 @@ impl Reader {
     pub fn cancel(&mut self) {
         (self.reading, self.read, self.examined, self.offer) = (None, None, None, None);
     }
+}
+
+/// What was examined, as JavaScript holds it.
+fn handed(examined: &Examined) -> Result<Array, JsError> {
+    let Examined { found, pictures, thin } = examined;
+    let pictures: Array = pictures.iter().map(|p| Float64Array::from(p.as_slice())).collect();
+    Ok(Array::of4(&plain(found)?, &pictures, &plain(&choices())?, &crate::trial::handed(thin)))
 }
 
 impl Reader {

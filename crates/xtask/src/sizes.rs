@@ -4,6 +4,7 @@ use crate::failure::{Explain, Result, fail};
 use crate::place::Place;
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -20,7 +21,7 @@ struct Module {
     mark: &'static str,
     /// Its WebAssembly may weigh this many bytes after gzip.
     budget: usize,
-    /// It is loaded when it is first needed and not at the opening; the page's tests hold it to that.
+    /// It is loaded when it is first needed and not at the opening.
     is_on_demand: bool,
 }
 
@@ -34,10 +35,6 @@ const MODULES: [Module; 4] = [
     Module { name: "readers", mark: "_readers", budget: 445_000, is_on_demand: true },
 ];
 
-/// Files of a room are loaded when it is entered first: the folder of a large room has a `room.ts`, which names them. The
-/// table of columns is one too, and what watches over a file's columns (`shelf` is what both share).
-const ROOMS: [&str; 4] = ["/room-", "/columns-", "/watch-", "/shelf-"];
-
 /// Gzipped bytes of the built page.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Weight {
@@ -45,8 +42,8 @@ pub struct Weight {
     pub core: usize,
     /// All files that are loaded at the opening.
     pub page: usize,
-    /// What rooms bring when they are entered.
-    pub rooms: usize,
+    /// What rooms and dialogs bring when they are opened.
+    pub later: usize,
     /// The WebAssembly of each further module.
     pub modules: [usize; MODULES.len()],
     /// All files that each of these brings when it is loaded on demand.
@@ -70,20 +67,22 @@ pub fn print_and_judge(place: &Place) -> Result<()> {
 /// A file cannot be read.
 pub fn print(folder: &Path) -> Result<Weight> {
     let mut weight = Weight::default();
-    eprintln!("    {:>9} {:>9}  file", "bytes", "gzip");
+    let opening = opening(folder)?;
+    eprintln!("    {:>9} {:>9}  file (*: loaded at the opening)", "bytes", "gzip");
     for file in files_below(folder)? {
         let bytes = std::fs::read(&file).when(|| format!("read {}", file.display()))?;
         let small = gzip(&bytes)?;
         let name = file.strip_prefix(folder).unwrap_or(&file).display().to_string();
-        weight.add(&name, small);
-        eprintln!("    {:>9} {small:>9}  {name}", bytes.len());
+        let is_first = file.file_name().is_some_and(|name| opening.contains(&*name.to_string_lossy()));
+        weight.add(&name, small, is_first);
+        eprintln!("    {:>9} {small:>9}{} {name}", bytes.len(), if is_first { '*' } else { ' ' });
     }
     let line = |what: &str, size: usize, budget: usize| {
         eprintln!("    gzip: {what} {:.1} KB of {} KB allowed", size as f64 / 1e3, budget / 1000);
     };
     line("core", weight.core, WASM_BUDGET);
     line("page at its opening", weight.page, PAGE_BUDGET);
-    eprintln!("    gzip: rooms, when they are entered {:.1} KB", weight.rooms as f64 / 1e3);
+    eprintln!("    gzip: rooms and dialogs, when they are opened {:.1} KB", weight.later as f64 / 1e3);
     for (i, module) in MODULES.iter().enumerate() {
         line(&format!("module of the {}", module.name), weight.modules[i], module.budget);
         if module.is_on_demand {
@@ -95,20 +94,51 @@ pub fn print(folder: &Path) -> Result<Weight> {
 
 impl Weight {
     /// Add a file; source maps count for nothing, only a debugger loads them.
-    fn add(&mut self, name: &str, size: usize) {
-        let (all, wasm) = match MODULES.iter().position(|module| name.contains(module.mark)) {
-            Some(i) if MODULES[i].is_on_demand => (&mut self.on_demand[i], &mut self.modules[i]),
-            Some(i) => (&mut self.page, &mut self.modules[i]),
-            None if ROOMS.iter().any(|room| name.contains(room)) => (&mut self.rooms, &mut self.core),
-            None => (&mut self.page, &mut self.core),
+    fn add(&mut self, name: &str, size: usize, is_first: bool) {
+        let module = MODULES.iter().position(|module| name.contains(module.mark));
+        let all = match module {
+            _ if is_first => &mut self.page,
+            Some(i) if MODULES[i].is_on_demand => &mut self.on_demand[i],
+            _ => &mut self.later,
         };
         if !name.ends_with(".map") {
             *all += size;
         }
         if name.ends_with(".wasm") {
-            *wasm += size;
+            *module.map_or(&mut self.core, |i| &mut self.modules[i]) += size;
         }
     }
+}
+
+/// The names of the files that `index.html` loads: what it names, what those import, and the worker's modules.
+fn opening(folder: &Path) -> Result<BTreeSet<String>> {
+    let mut named = BTreeSet::new();
+    let mut files = vec!["index.html".to_string()];
+    while let Some(name) = files.pop() {
+        let path =
+            if name == "index.html" || name == "icon.svg" { folder.to_path_buf() } else { folder.join("assets") };
+        let path = path.join(&name);
+        if named.insert(name) && path.extension().is_some_and(|kind| kind == "js" || kind == "html") {
+            let text = std::fs::read_to_string(&path).when(|| format!("read {}", path.display()))?;
+            files.extend(loaded_by(&text));
+        }
+    }
+    let has = |stem: &str| named.iter().any(|name| name.contains(stem) && name.ends_with(".wasm"));
+    if has("_wasm_bg") && has(MODULES[0].mark) {
+        Ok(named)
+    } else {
+        fail("cannot tell what the page loads at its opening")
+    }
+}
+
+/// The names of the files that a page or a script loads by itself; what it imports by a call comes later.
+fn loaded_by(text: &str) -> impl Iterator<Item = String> {
+    // As the bundler writes them.
+    let ways = [("src=\"", '"'), ("href=\"", '"'), ("from\"", '"'), ("import\"", '"'), ("new URL(`", '`')];
+    ways.into_iter().flat_map(move |(before, end)| {
+        let names = text.split(before).skip(1).filter_map(move |rest| rest.split(end).next());
+        names.filter_map(|name| name.rsplit('/').next()).filter(|name| name.contains('.')).map(str::to_string)
+    })
 }
 
 fn judge(weight: Weight) -> Result<()> {
@@ -168,23 +198,32 @@ mod tests {
     fn what_is_loaded_on_demand_is_no_part_of_the_opening_and_maps_count_for_nothing() {
         let mut weight = Weight::default();
         let files = [
-            "index.html",
-            "assets/drivescope_wasm_bg-1.wasm",
-            "assets/a.js.map",
-            "assets/gallery-2.js",
-            "assets/x_gallery_bg-3.wasm",
-            "assets/x_readers_bg-4.wasm",
-            "assets/x_drives_bg-5.wasm",
-            "assets/room-6.js",
-            "assets/columns-8.js",
-            "assets/x_doctor_bg-7.wasm",
+            ("index.html", true),
+            ("assets/drivescope_wasm_bg-1.wasm", true),
+            ("assets/a.js.map", false),
+            ("assets/gallery-2.js", false),
+            ("assets/x_gallery_bg-3.wasm", false),
+            ("assets/x_readers_bg-4.wasm", false),
+            ("assets/x_drives_bg-5.wasm", true),
+            ("assets/room-6.js", false),
+            ("assets/help-8.js", false),
+            ("assets/x_doctor_bg-7.wasm", false),
         ];
-        for (name, size) in files.iter().zip([1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 7, 4, 3]) {
-            weight.add(name, size);
+        for ((name, is_first), size) in files.iter().zip([1, 10, 100, 1000, 10_000, 100_000, 1_000_000, 7, 4, 3]) {
+            weight.add(name, size, *is_first);
         }
         let modules = [1_000_000, 3, 10_000, 100_000];
         let on_demand = [0, 3, 11_000, 100_000];
-        assert_eq!(weight, Weight { core: 10, page: 1_000_011, rooms: 11, modules, on_demand });
+        assert_eq!(weight, Weight { core: 10, page: 1_000_011, later: 11, modules, on_demand });
+    }
+
+    #[test]
+    fn a_script_loads_what_it_imports_and_its_worker_but_not_what_it_calls_for() {
+        let script = "const d=[\"./room-1.js\"];import{t as e}from\"./messages-2.js\";import\"./side-3.js\";\
+                      new Worker(new URL(`worker-4.js`,import.meta.url));()=>import(`./room-1.js`);new URL(e,t)";
+        let mut names: Vec<String> = loaded_by(script).collect();
+        names.sort();
+        assert_eq!(names, ["messages-2.js", "side-3.js", "worker-4.js"]);
     }
 
     #[test]

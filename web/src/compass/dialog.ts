@@ -1,7 +1,9 @@
 /** The compass doctor: what is wrong with a magnetometer, shown before and after, with one button to put it right. */
 
+import '../style/compass.css';
 import { h, iconButton, save } from '../dom';
 import { t } from '../messages';
+import { compass as say } from '../messages/compass';
 import type { Session } from '../session';
 import type { Store } from '../state';
 import { convert, convertDifference, digitsOf, formatFixed, formatSignificant, unitLabel } from '../units';
@@ -14,25 +16,21 @@ const DEGREES = 180 / Math.PI;
 
 export class CompassDialog {
   readonly element: HTMLDialogElement;
-  /** Opens the dialog; beside the attitude's title. */
-  readonly button = h('button.compass-button', { type: 'button', hidden: true, 'aria-haspopup': 'dialog', onclick: () => this.show() }, t.compass.button);
-  /** Says what needs saying without being asked. */
-  readonly warning = h('div.compass-warning', { role: 'status', hidden: true });
   #store: Store;
   #doctor: Doctor;
   #verdict = h('div.verdicts', { role: 'status' });
   #facts = h('dl.facts');
   #table = h('table.sectors');
-  #noCourse = h('p.note', {}, t.compass.noCourse);
+  #noCourse = h('p.note', {}, say.noCourse);
   #turn = h('input', { type: 'checkbox' });
   #turnText = h('span');
   #clock = h('input', { type: 'checkbox' });
   #clockText = h('span');
   #options = h('div.options');
-  #apply = h('button.primary', { type: 'button', onclick: () => this.#applyFound() }, t.compass.apply);
-  #undo = h('button', { type: 'button', onclick: () => void this.#doctor.undo() }, t.compass.undo);
-  #save = h('button', { type: 'button', onclick: () => this.#saveFound() }, t.compass.save);
-  #scatterHost = h('div.scatter', { role: 'img', 'aria-label': t.compass.scatterLabel });
+  #apply = h('button.primary', { type: 'button', onclick: () => this.#applyFound() }, say.apply);
+  #undo = h('button', { type: 'button', onclick: () => void this.#doctor.undo() }, say.undo);
+  #save = h('button', { type: 'button', onclick: () => this.#saveFound() }, say.save);
+  #scatterHost = h('div.scatter', { role: 'img', 'aria-label': say.scatterLabel });
   #scatter: ScatterPlot;
   /** Keys of what only a calibration gives. */
   #fitted: HTMLElement[];
@@ -43,26 +41,26 @@ export class CompassDialog {
     this.#doctor = doctor;
     this.#scatter = new ScatterPlot(this.#scatterHost);
     this.#field = new FieldPlots(store, session);
-    const file = h('input', { type: 'file', hidden: true, accept: '.json,application/json', tabindex: '-1', 'aria-label': t.compass.open });
+    const file = h('input', { type: 'file', hidden: true, accept: '.json,application/json', tabindex: '-1', 'aria-label': say.open });
     file.addEventListener('change', () => {
       void file.files?.[0]?.text().then((text) => doctor.applySaved(text));
       file.value = '';
     });
-    const open = h('button', { type: 'button', onclick: () => file.click() }, t.compass.open);
+    const open = h('button', { type: 'button', onclick: () => file.click() }, say.open);
     const key = (colour: string, name: string, isDashed = false): HTMLElement => h('span.key', {}, h(colour === 'raw' || colour === 'estimate' ? 'span.dot' : 'span.swatch', { 'data-colour': colour, 'data-dashed': isDashed || undefined }), name);
-    this.#fitted = [key('threshold', t.compass.ellipse), key('estimate', t.compass.curves.calibrated)];
+    this.#fitted = [key('threshold', say.ellipse), key('estimate', say.curves.calibrated)];
     this.#options.append(h('label', {}, this.#turn, this.#turnText), h('label', {}, this.#clock, this.#clockText));
     this.element = h(
       'dialog.compass',
-      { 'aria-label': t.compass.title },
-      h('header', {}, h('h2', {}, t.compass.title), iconButton('close', t.help.close, () => this.element.close())),
+      { 'aria-label': say.title },
+      h('header', {}, h('h2', {}, say.title), iconButton('close', t.close, () => this.element.close())),
       h('div.compass-body', {},
         this.#verdict,
         h('div.compass-actions', {}, this.#apply, this.#undo, this.#options, h('span.spacer'), this.#save, open, file),
         h('div.compass-columns', {},
-          h('section', {}, h('h3', {}, t.compass.readings), h('div.keys', {}, key('raw', t.compass.curves.raw), ...this.#fitted, key('truth', t.compass.circle, true)), this.#scatterHost),
-          h('section', {}, h('h3', {}, t.compass.sectors), this.#noCourse, this.#table, this.#facts)),
-        h('section', {}, h('h3', {}, t.compass.along), this.#field.element, h('p.note', {}, t.compass.dipNote))),
+          h('section', {}, h('h3', {}, say.readings), h('div.keys', {}, key('raw', say.curves.raw), ...this.#fitted, key('truth', say.circle, true)), this.#scatterHost),
+          h('section', {}, h('h3', {}, say.sectors), this.#noCourse, this.#table, this.#facts)),
+        h('section', {}, h('h3', {}, say.along), this.#field.element, h('p.note', {}, say.dipNote))),
     );
     this.element.addEventListener('click', (event) => event.target === this.element && this.element.close());
     doctor.diagnosis.watch(() => this.#show());
@@ -89,9 +87,6 @@ export class CompassDialog {
 
   #show(): void {
     const diagnosis = this.#doctor.diagnosis.value;
-    this.button.hidden = !this.#doctor.hasCompass;
-    this.button.textContent = diagnosis?.applied ? t.compass.buttonApplied : t.compass.button;
-    this.#showWarning(diagnosis);
     this.element.dataset['state'] = diagnosis?.applied ? 'applied' : diagnosis?.calibration ? 'possible' : diagnosis ? 'refused' : '';
     if (!diagnosis) return;
     this.#showVerdict(diagnosis);
@@ -103,21 +98,15 @@ export class CompassDialog {
     if (this.element.open) this.#field.load();
   }
 
-  #showWarning(diagnosis: Diagnosis | null): void {
-    const text = diagnosis?.warning_now ?? null;
-    this.warning.hidden = text === null;
-    if (text !== null) this.warning.replaceChildren(h('p', {}, text), h('button', { type: 'button', onclick: () => this.show() }, t.compass.open_doctor));
-  }
-
   #showVerdict(d: Diagnosis): void {
-    const refusal = d.refusal_text ? t.compass.refused(d.refusal_text) : null;
+    const refusal = d.refusal_text ? say.refused(d.refusal_text) : null;
     const lines = d.applied
-      ? [h('p.good', {}, t.compass.applied), d.warning_now ? h('p.bad', {}, d.warning_now) : null]
+      ? [h('p.good', {}, say.applied), d.warning_now ? h('p.bad', {}, d.warning_now) : null]
       : [
-          h(d.warning_now ? 'p.bad' : 'p.good', {}, d.warning_now ?? t.compass.fine),
-          refusal ? h('p.refusal', {}, refusal) : h('p', {}, t.compass.possible(d.quality.kind === 'full' ? t.compass.full : t.compass.planar)),
+          h(d.warning_now ? 'p.bad' : 'p.good', {}, d.warning_now ?? say.fine),
+          refusal ? h('p.refusal', {}, refusal) : h('p', {}, say.possible(d.quality.kind === 'full' ? say.full : say.planar)),
         ];
-    this.#verdict.replaceChildren(...lines.filter((l) => l !== null), ...d.notes.map((note) => h('p.note', {}, t.compass.note(note))));
+    this.#verdict.replaceChildren(...lines.filter((l) => l !== null), ...d.notes.map((note) => h('p.note', {}, say.note(note))));
   }
 
   #showActions(d: Diagnosis): void {
@@ -136,8 +125,8 @@ export class CompassDialog {
       text.textContent = label;
       if (!wasOffered) box.checked = value !== 0;
     };
-    offer(this.#turn, this.#turnText, mountYaw, t.compass.turn(formatFixed(mountYaw * DEGREES, 0)));
-    offer(this.#clock, this.#clockText, clock, t.compass.clock(formatFixed(clock, 1)));
+    offer(this.#turn, this.#turnText, mountYaw, say.turn(formatFixed(mountYaw * DEGREES, 0)));
+    offer(this.#clock, this.#clockText, clock, say.clock(formatFixed(clock, 1)));
   }
 
   /** The heading after: by what is applied, else by the calibration found. */
@@ -162,11 +151,11 @@ export class CompassDialog {
     };
     const rows = before.sectors.map((sector, i) => {
       const from = Math.round(sector.begins * DEGREES);
-      return h('tr', {}, h('th', { scope: 'row' }, t.compass.sector(from, from + 30)), h('td.points', {}, String(sector.points)), cell(sector.points > 0 ? sector.rms : undefined, 'raw'), cell(after?.sectors[i]?.rms, 'estimate'));
+      return h('tr', {}, h('th', { scope: 'row' }, say.sector(from, from + 30)), h('td.points', {}, String(sector.points)), cell(sector.points > 0 ? sector.rms : undefined, 'raw'), cell(after?.sectors[i]?.rms, 'estimate'));
     });
-    const total = h('tr.total', {}, h('th', { scope: 'row' }, t.compass.all), h('td.points', {}, String(before.consistency.points)), cell(before.rms, 'raw'), cell(after?.rms, 'estimate'));
-    const head = [t.compass.course, t.compass.points, t.compass.before(unit), t.compass.after(unit)].map((text) => h('th', { scope: 'col' }, text));
-    this.#table.replaceChildren(h('caption', {}, t.compass.caption), h('thead', {}, h('tr', {}, ...head)), h('tbody', {}, ...rows, total));
+    const total = h('tr.total', {}, h('th', { scope: 'row' }, say.all), h('td.points', {}, String(before.consistency.points)), cell(before.rms, 'raw'), cell(after?.rms, 'estimate'));
+    const head = [say.course, say.points, say.before(unit), say.after(unit)].map((text) => h('th', { scope: 'col' }, text));
+    this.#table.replaceChildren(h('caption', {}, say.caption), h('thead', {}, h('tr', {}, ...head)), h('tbody', {}, ...rows, total));
   }
 
   #showFacts(d: Diagnosis): void {
@@ -177,15 +166,15 @@ export class CompassDialog {
     const horizontal = Math.hypot(north, east);
     const after = this.#after(d);
     const pairs: [string, string][] = [
-      [t.compass.facts.earth, t.compass.facts.earthValue(formatFixed(Math.hypot(horizontal, down), 1), angle(Math.atan2(down, horizontal)), angle(Math.atan2(east, north)))],
-      [t.compass.facts.readings, t.compass.facts.readingsValue(d.quality.samples.toLocaleString('en'), d.quality.used.toLocaleString('en'), d.quality.sectors)],
+      [say.facts.earth, say.facts.earthValue(formatFixed(Math.hypot(horizontal, down), 1), angle(Math.atan2(down, horizontal)), angle(Math.atan2(east, north)))],
+      [say.facts.readings, say.facts.readingsValue(d.quality.samples.toLocaleString('en'), d.quality.used.toLocaleString('en'), d.quality.sectors)],
     ];
     const applied = d.applied ?? d.calibration;
-    if (applied) pairs.push([t.compass.facts.offset, t.compass.facts.offsetValue(applied.offset.map((v) => formatFixed(v, 1)).join(', '), d.calibration ? formatSignificant(d.quality.offset_sigma, 2) : '–')]);
-    if (d.calibration) pairs.push([t.compass.facts.left, t.compass.facts.leftValue(formatFixed(d.quality.residual, 1), formatFixed(100 * d.quality.residual_relative, 0))]);
-    if (d.before) pairs.push([t.compass.facts.consistency, t.compass.facts.agreement([d.before, ...(after ? [after] : [])].map((a) => formatFixed(a.consistency.balanced, 2)).join(' → '), d.before.consistency.sectors)]);
-    if (after) pairs.push([t.compass.facts.mount, angle(after.mount_yaw)]);
-    if (d.clock) pairs.push([t.compass.facts.clock, t.compass.facts.clockValue(formatFixed(d.clock.offset, 2), formatSignificant(d.clock.sigma, 2))]);
+    if (applied) pairs.push([say.facts.offset, say.facts.offsetValue(applied.offset.map((v) => formatFixed(v, 1)).join(', '), d.calibration ? formatSignificant(d.quality.offset_sigma, 2) : '–')]);
+    if (d.calibration) pairs.push([say.facts.left, say.facts.leftValue(formatFixed(d.quality.residual, 1), formatFixed(100 * d.quality.residual_relative, 0))]);
+    if (d.before) pairs.push([say.facts.consistency, say.facts.agreement([d.before, ...(after ? [after] : [])].map((a) => formatFixed(a.consistency.balanced, 2)).join(' → '), d.before.consistency.sectors)]);
+    if (after) pairs.push([say.facts.mount, angle(after.mount_yaw)]);
+    if (d.clock) pairs.push([say.facts.clock, say.facts.clockValue(formatFixed(d.clock.offset, 2), formatSignificant(d.clock.sigma, 2))]);
     this.#facts.replaceChildren(...pairs.flatMap(([name, value]) => [h('dt', {}, name), h('dd', {}, value)]));
   }
 }

@@ -1,7 +1,7 @@
 /** Strength and dip of the measured field along the road, beside those of the model. */
 
 import { h, onResize } from '../dom';
-import { t } from '../messages';
+import { compass as say } from '../messages/compass';
 import { withGaps } from '../plot/gaps';
 import { type CurveStyle, TimePlot } from '../plot/time-plot';
 import type { Session } from '../session';
@@ -30,10 +30,10 @@ export class FieldPlots {
   constructor(store: Store, session: Session) {
     this.#store = store;
     this.#session = session;
-    const keys = CURVES.map(({ id, style }) => h('span.key', {}, h('span.swatch', { 'data-colour': style.colour, 'data-dashed': style.dash ? true : undefined }), t.compass.curves[id]));
+    const keys = CURVES.map(({ id, style }) => h('span.key', {}, h('span.swatch', { 'data-colour': style.colour, 'data-dashed': style.dash ? true : undefined }), say.curves[id]));
     LANES.forEach((lane, i) => {
-      const host = h('div.plot', { role: 'img', 'aria-label': t.compass.fieldLabel(t.compass.lanes[lane.column]) });
-      const title = h('h4', {}, t.compass.lanes[lane.column]);
+      const host = h('div.plot', { role: 'img', 'aria-label': say.fieldLabel(say.lanes[lane.column]) });
+      const title = h('h4', {}, say.lanes[lane.column]);
       this.element.append(h('div.field-legend', {}, title, ...(i === 0 ? keys : [])), host);
       const plot = new TimePlot(host, { styles: CURVES.map((c) => c.style), isLog: false, hasTimeAxis: i === LANES.length - 1 });
       this.#plots.push({ host, plot, title });
@@ -56,7 +56,7 @@ export class FieldPlots {
     LANES.forEach(({ quantity, column, least }, k) => {
       const entry = this.#plots[k];
       if (!entry) return;
-      entry.title.textContent = `${t.compass.lanes[column]} [${unitLabel(quantity, 'uT', display)}]`;
+      entry.title.textContent = `${say.lanes[column]} [${unitLabel(quantity, 'uT', display)}]`;
       entry.plot.setWindow(0, t1 - t0);
       const curves = CURVES.map((_, i) => {
         const values = reply.columns[k * CURVES.length + i] ?? new Float64Array();

@@ -1,6 +1,6 @@
 /** Readings of the magnetometer seen from above, in the sensor's axes: forward up, right to the right, uT. */
 
-import { t } from '../messages';
+import { compass as say } from '../messages/compass';
 import { Canvas } from '../plot/strip';
 import { palette } from '../plot/palette';
 import { formatFixed } from '../units';
@@ -66,9 +66,9 @@ export class ScatterPlot extends Canvas {
     }
     context.textAlign = 'right';
     context.textBaseline = 'bottom';
-    context.fillText(t.compass.rightAxis, EDGE.left + wide, this.height);
+    context.fillText(say.rightAxis, EDGE.left + wide, this.height);
     context.textAlign = 'left';
-    context.fillText(t.compass.forwardAxis, 2, this.height);
+    context.fillText(say.forwardAxis, 2, this.height);
 
     const dots = (xs: number[], ys: number[], colour: string): void => {
       context.fillStyle = colour;

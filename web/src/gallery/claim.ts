@@ -2,6 +2,7 @@
 
 import { h, prose } from '../dom';
 import { t } from '../messages';
+import { gallery as say } from '../messages/gallery';
 import type { Store } from '../state';
 import { formatSignificant, prettyUnit } from '../units';
 import type { Claim, Figure, Finding, Trial } from './door';
@@ -15,11 +16,11 @@ const bare = (value: number): string => String(Number(value.toPrecision(3))).rep
 
 /** In words, what a figure must be to speak for the claim. */
 export function limitsText({ limits }: Figure): string {
-  if (!limits) return t.gallery.informs;
+  if (!limits) return say.informs;
   const [low, high] = limits;
-  if (low === -Infinity) return t.gallery.atMost(bare(high));
-  if (high === Infinity) return t.gallery.atLeast(bare(low));
-  return t.gallery.between(bare(low), bare(high));
+  if (low === -Infinity) return say.atMost(bare(high));
+  if (high === Infinity) return say.atLeast(bare(low));
+  return say.between(bare(low), bare(high));
 }
 
 /** Whether a figure speaks for the claim; null where it only informs. */
@@ -29,7 +30,7 @@ export function holds({ limits, value }: Figure): boolean | null {
 
 function figureRow(figure: Figure): HTMLElement {
   const held = holds(figure);
-  const mark = held !== null && [' ', h('span', { class: held ? 'holds' : 'fails' }, held ? t.gallery.holds : t.gallery.fails)];
+  const mark = held !== null && [' ', h('span', { class: held ? 'holds' : 'fails' }, held ? say.holds : say.fails)];
   return h(
     'tr',
     {},
@@ -42,11 +43,11 @@ function figureRow(figure: Figure): HTMLElement {
 }
 
 function figures({ figures }: Finding, says: string): HTMLElement {
-  const c = t.gallery.columns;
+  const c = say.columns;
   const head = [c.figure, c.claimed, c.obtained, c.unit, c.limits].map((name) => h('th', { scope: 'col' }, name));
   return h(
     'div.scroll',
-    { tabindex: '0', role: 'region', 'aria-label': t.gallery.figuresOf(says) },
+    { tabindex: '0', role: 'region', 'aria-label': say.figuresOf(says) },
     h('table.figures', {}, h('thead', {}, h('tr', {}, ...head)), h('tbody', {}, ...figures.map(figureRow))),
   );
 }
@@ -86,7 +87,7 @@ export class ClaimCard {
   }
 
   #show(state: ClaimState): void {
-    const g = t.gallery;
+    const g = say;
     const isBusy = state.kind === 'running' || state.kind === 'waiting';
     this.element.dataset['state'] = state.kind;
     this.#button.textContent = isBusy ? t.work.stop : state.kind === 'tried' ? g.again : g.run;
@@ -108,14 +109,14 @@ export class ClaimCard {
   }
 
   #words(state: ClaimState): string {
-    const g = t.gallery;
+    const g = say;
     switch (state.kind) {
       case 'untried':
         return g.untried;
       case 'waiting':
         return g.waiting;
       case 'stopped':
-        return t.gallery.stopped;
+        return say.stopped;
       case 'running':
         return state.stage === '' ? g.running : g.runningTrial(state.stage);
       case 'failed':
@@ -128,10 +129,10 @@ export class ClaimCard {
   #trials(openTrial: (trial: Trial) => void): HTMLElement {
     const { trials } = this.#claim;
     const items = trials.map((trial) => {
-      const open = h('button.quiet', { type: 'button', 'aria-label': t.gallery.openTrial(trial.name), onclick: () => openTrial(trial) }, t.gallery.open);
+      const open = h('button.quiet', { type: 'button', 'aria-label': say.openTrial(trial.name), onclick: () => openTrial(trial) }, say.open);
       return h('li', {}, open, h('span', {}, h('strong', {}, trial.name), ': ', ...this.#describe(trial)));
     });
-    return h('details.trials', {}, h('summary', {}, t.gallery.trials(trials.length)), h('ul', {}, ...items));
+    return h('details.trials', {}, h('summary', {}, say.trials(trials.length)), h('ul', {}, ...items));
   }
 
   /** Drive and estimator by their titles, and what was set about them. */
@@ -140,7 +141,7 @@ export class ClaimCard {
     const drive = catalogue?.drives.find((d) => d.name === source.drive)?.title ?? source.drive;
     const title = catalogue?.estimators.find((e) => e.name === estimator)?.title ?? estimator;
     const set = [source.changes, params].filter((text) => text !== '').map((text) => h('code', {}, text));
-    const more = [source.seed === null ? '' : t.gallery.seed(String(source.seed)), vehicle === null ? '' : t.gallery.vehicle(vehicle)];
+    const more = [source.seed === null ? '' : say.seed(String(source.seed)), vehicle === null ? '' : say.vehicle(vehicle)];
     return [[drive, title, ...more.filter((text) => text !== '')].join(', '), ...set.flatMap((code) => [', ', code])];
   }
 }

@@ -3,6 +3,7 @@
 import '../style/gallery.css';
 import { h, iconButton } from '../dom';
 import { t } from '../messages';
+import { gallery as say } from '../messages/gallery';
 import type { Store } from '../state';
 import { ClaimCard } from './claim';
 import type { Paper, Trial, Verdict } from './door';
@@ -10,14 +11,21 @@ import { Runner } from './runner';
 
 const VERDICTS: readonly Verdict[] = ['supported', 'partly', 'not_supported'];
 
+/** A paper as books cite it: with a letter where the same authors wrote two in a year. */
+function cited(papers: Paper[], index: number): string {
+  const { authors } = papers[index] as Paper;
+  const same = papers.flatMap((paper, i) => (paper.authors === authors ? [i] : []));
+  return same.length > 1 ? authors + String.fromCharCode(97 + same.indexOf(index)) : authors;
+}
+
 export class Gallery {
   readonly element: HTMLDialogElement;
   readonly runner: Runner;
   #store: Store;
   #openTrial: (trial: Trial) => void;
-  #body = h('div.gallery-body', { tabindex: '0', role: 'region', 'aria-label': t.gallery.title });
-  #chapters = h('nav', { 'aria-label': t.gallery.chapters });
-  #all = h('button.run-all', { type: 'button', disabled: true }, t.gallery.runAll);
+  #body = h('div.gallery-body', { tabindex: '0', role: 'region', 'aria-label': say.title });
+  #chapters = h('nav', { 'aria-label': say.chapters });
+  #all = h('button.run-all', { type: 'button', disabled: true }, say.runAll);
 
   constructor(store: Store, openTrial: (trial: Trial) => void) {
     this.#store = store;
@@ -26,17 +34,17 @@ export class Gallery {
     this.runner = new Runner(worker);
     this.element = h(
       'dialog.gallery',
-      { 'aria-label': t.gallery.title },
-      h('header', {}, h('h2', {}, t.gallery.title), this.#all, iconButton('close', t.help.close, () => this.element.close())),
-      h('p.note', {}, t.gallery.intro),
+      { 'aria-label': say.title },
+      h('header', {}, h('h2', {}, say.title), this.#all, iconButton('close', t.close, () => this.element.close())),
+      h('p.note', {}, say.intro),
       this.#chapters,
       this.#body,
     );
-    this.#body.append(h('p.note.loading', { role: 'status' }, t.gallery.loading));
+    this.#body.append(h('p.note.loading', { role: 'status' }, say.loading));
     this.element.addEventListener('click', (event) => event.target === this.element && this.element.close());
     this.runner.papers.on((papers) => this.#fill((papers ?? []).filter((p) => p.claims.length > 0)));
     this.runner.dead.on((reason) => {
-      if (reason !== null) this.#body.prepend(h('p.failure', { role: 'alert' }, t.gallery.dead(reason)));
+      if (reason !== null) this.#body.prepend(h('p.failure', { role: 'alert' }, say.dead(reason)));
       this.#all.disabled = true;
       this.#body.querySelector('.loading')?.remove();
     });
@@ -52,10 +60,10 @@ export class Gallery {
     this.#body.replaceChildren(...sections);
     this.#chapters.replaceChildren(
       ...papers.map((paper, i) =>
-        h('button.quiet', { type: 'button', onclick: () => {
+        h('button.quiet', { type: 'button', title: paper.title, onclick: () => {
           sections[i]?.scrollIntoView({ block: 'start' });
           sections[i]?.querySelector('h3')?.focus({ preventScroll: true });
-        } }, paper.authors),
+        } }, cited(papers, i)),
       ),
     );
     const all = papers.flatMap(ids);
@@ -66,7 +74,7 @@ export class Gallery {
     });
     this.runner.current.watch((current) => {
       this.#all.disabled = this.runner.dead.value !== null;
-      this.#all.textContent = current === null ? t.gallery.runAll : t.gallery.stopAll;
+      this.#all.textContent = current === null ? say.runAll : say.stopAll;
     });
   }
 
@@ -76,9 +84,9 @@ export class Gallery {
     const count = (): void => {
       const states = ids.map((id) => this.runner.claim(id).value);
       const found = VERDICTS.map((verdict) => states.filter((s) => s.kind === 'tried' && s.finding.verdict === verdict).length);
-      const parts = VERDICTS.flatMap((verdict, i) => (found[i] ? [`${found[i]} ${t.gallery.verdicts[verdict]}`] : []));
+      const parts = VERDICTS.flatMap((verdict, i) => (found[i] ? [`${found[i]} ${say.verdicts[verdict]}`] : []));
       const left = states.filter((s) => s.kind !== 'tried').length;
-      tally.textContent = [...parts, ...(left > 0 ? [t.gallery.left(left)] : [])].join(', ');
+      tally.textContent = [...parts, ...(left > 0 ? [say.left(left)] : [])].join(', ');
     };
     for (const id of ids) this.runner.claim(id).on(count);
     count();

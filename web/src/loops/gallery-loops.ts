@@ -4,6 +4,7 @@ import '../style/loops.css';
 import { h, icon, iconButton } from '../dom';
 import type { EstimatorInfo } from '../door';
 import { t } from '../messages';
+import { loops as say } from '../messages/loops';
 import { ParamList } from '../panel/params';
 import { Store } from '../state';
 import { History, type Tuning } from '../tuning';
@@ -25,7 +26,7 @@ export class Loops {
   #store = new Store();
   #history = new History<Tuning>(this.#store.tuning.value);
   #params: ParamList;
-  #choose = h('select', { 'aria-label': t.loops.choose });
+  #choose = h('select', { 'aria-label': say.choose });
   #doc = h('p.note');
   #status = h('p.loop-status', { role: 'status' });
   #stage: Stage;
@@ -33,13 +34,13 @@ export class Loops {
   #results = h('table.figures');
   #says = h('p.map-readout');
   #play: HTMLButtonElement;
-  #slider = h('input', { type: 'range', min: 0, max: 1000, step: 1, 'aria-label': t.loops.time });
+  #slider = h('input', { type: 'range', min: 0, max: 1000, step: 1, 'aria-label': say.time });
   #clock = h('output.time');
   #count = h('span.count');
   #undo: HTMLButtonElement;
   #redo: HTMLButtonElement;
   #reset: HTMLButtonElement;
-  #seed = h('input.number', { type: 'text', inputmode: 'numeric', size: 6, value: SEED, 'aria-label': t.loops.seed });
+  #seed = h('input.number', { type: 'text', inputmode: 'numeric', size: 6, value: SEED, 'aria-label': say.seed });
   #follow = h('input', { type: 'checkbox', checked: true });
   #loop: LoopInfo | null = null;
   #time = 0;
@@ -53,33 +54,33 @@ export class Loops {
       store.display.value = display;
     });
     this.#params = new ParamList(store, { beginGesture: () => this.runner.hold(true), endGesture: () => this.runner.hold(false) }, this.#history);
-    const host = h('div.map.stage', { role: 'img', 'aria-label': t.loops.stage }, this.#says);
+    const host = h('div.map.stage', { role: 'img', 'aria-label': say.stage }, this.#says);
     this.#stage = new Stage(host);
     this.#traces = traceSpecs().map((spec) => new Trace(spec, (time) => this.#seek(time)));
-    this.#play = h('button.play', { type: 'button', 'aria-label': t.loops.play, onclick: () => this.#toggle() }, icon('play'));
+    this.#play = h('button.play', { type: 'button', 'aria-label': say.play, onclick: () => this.#toggle() }, icon('play'));
     this.#undo = iconButton('undo', t.params.undo, () => this.#step(this.#history.undo()));
     this.#redo = iconButton('redo', t.params.redo, () => this.#step(this.#history.redo()));
-    this.#reset = h('button.quiet', { type: 'button', onclick: () => this.#put({ params: {}, vehicle: null }) }, t.loops.resetAll);
-    this.element = h('dialog.loops', { 'aria-label': t.loops.title }, ...this.#layout(host));
+    this.#reset = h('button.quiet', { type: 'button', onclick: () => this.#put({ params: {}, vehicle: null }) }, say.resetAll);
+    this.element = h('dialog.loops', { 'aria-label': say.title }, ...this.#layout(host));
     this.#listen();
   }
 
   #layout(host: HTMLElement): HTMLElement[] {
     const key = (colour: string, label: string, isDashed = false): HTMLElement => h('span.key', {}, h('span.swatch', { 'data-colour': colour, 'data-dashed': isDashed || undefined }), label);
-    const compare = h('div.segmented', { role: 'radiogroup', 'aria-label': t.loops.compare });
+    const compare = h('div.segmented', { role: 'radiogroup', 'aria-label': say.compare });
     for (const choice of COMPARISONS) {
       const input = h('input', { type: 'radio', name: 'loop-comparison', value: choice, checked: choice === this.runner.comparison.value });
       input.addEventListener('change', () => {
         this.runner.comparison.value = choice;
       });
-      compare.append(h('label', { title: t.loops.compareTitle[choice] }, input, h('span', {}, t.loops.comparisons[choice])));
+      compare.append(h('label', { title: say.compareTitle[choice] }, input, h('span', {}, say.comparisons[choice])));
     }
-    const header = h('header', {}, h('h2', {}, t.loops.title), this.#choose, this.#status, iconButton('close', t.help.close, () => this.element.close()));
-    const legend = h('div.loop-keys', {}, key('estimate', t.loops.curves.way), key('second', t.loops.curves.known), key('ghost', t.loops.curves.compared, true), key('threshold', t.loops.legend.ring), key('mode-1', t.loops.legend.chosen));
-    const transport = h('div.loop-transport', {}, this.#play, this.#slider, this.#clock, h('label.follow', {}, this.#follow, t.loops.follow));
-    const bar = h('div.params-bar', {}, h('h3', {}, t.loops.parameters), this.#count, h('span.spacer'), this.#undo, this.#redo, this.#reset);
-    const options = h('div.loop-options', {}, h('span', {}, t.loops.compare), compare, h('label', {}, t.loops.seed, this.#seed));
-    const side = h('section.loop-side', { 'aria-label': t.loops.parameters }, this.#doc, options, h('h3', {}, t.loops.results), this.#results, bar, this.#params.element);
+    const header = h('header', {}, h('h2', {}, say.title), this.#choose, this.#status, iconButton('close', t.close, () => this.element.close()));
+    const legend = h('div.loop-keys', {}, key('estimate', say.curves.way), key('second', say.curves.known), key('ghost', say.curves.compared, true), key('threshold', say.legend.ring), key('mode-1', say.legend.chosen));
+    const transport = h('div.loop-transport', {}, this.#play, this.#slider, this.#clock, h('label.follow', {}, this.#follow, say.follow));
+    const bar = h('div.params-bar', {}, h('h3', {}, say.parameters), this.#count, h('span.spacer'), this.#undo, this.#redo, this.#reset);
+    const options = h('div.loop-options', {}, h('span', {}, say.compare), compare, h('label', {}, say.seed, this.#seed));
+    const side = h('section.loop-side', { 'aria-label': say.parameters }, this.#doc, options, h('h3', {}, say.results), this.#results, bar, this.#params.element);
     const main = h('section.loop-main', {}, legend, host, transport, h('div.loop-traces', {}, ...this.#traces.map((trace) => trace.element)));
     return [header, h('div.loop-body', {}, main, side)];
   }
@@ -122,7 +123,7 @@ export class Loops {
     const catalogue = this.runner.catalogue.value;
     this.#loop = catalogue?.loops.find((l) => l.name === this.#choose.value) ?? null;
     if (!catalogue || !this.#loop) return;
-    this.#doc.textContent = `${this.#loop.doc}. ${t.loops.intro}`;
+    this.#doc.textContent = `${this.#loop.doc}. ${say.intro}`;
     const specs = specsOf(catalogue, this.#loop);
     this.#params.setEstimator({ name: LOOP, params: specs } as unknown as EstimatorInfo);
     this.#follow.checked = this.#loop.name === 'obstacle_course';
@@ -150,7 +151,7 @@ export class Loops {
     this.#seed.setAttribute('aria-invalid', String(!isGood));
     this.runner.drive(this.#loop.name, settings, isGood ? seed : SEED);
     const changed = Object.keys(settings).length;
-    this.#count.textContent = t.loops.changed(changed);
+    this.#count.textContent = say.changed(changed);
     this.#reset.disabled = changed === 0;
     this.#undo.disabled = !this.#history.canUndo;
     this.#redo.disabled = !this.#history.canRedo;
@@ -158,11 +159,11 @@ export class Loops {
 
   #tell(): void {
     const { dead, failed, progress, catalogue, driven } = this.runner;
-    if (dead.value !== null) this.#status.textContent = t.loops.dead(dead.value);
-    else if (failed.value !== null) this.#status.textContent = t.loops.failed(failed.value);
-    else if (!catalogue.value) this.#status.textContent = t.loops.loading;
-    else if (progress.value !== null) this.#status.textContent = t.loops.driving(formatFixed(100 * progress.value, 0));
-    else this.#status.textContent = driven.value?.hasFailed ? t.loops.turnedOver : '';
+    if (dead.value !== null) this.#status.textContent = say.dead(dead.value);
+    else if (failed.value !== null) this.#status.textContent = say.failed(failed.value);
+    else if (!catalogue.value) this.#status.textContent = say.loading;
+    else if (progress.value !== null) this.#status.textContent = say.driving(formatFixed(100 * progress.value, 0));
+    else this.#status.textContent = driven.value?.hasFailed ? say.turnedOver : '';
     this.#status.classList.toggle('bad', dead.value !== null || failed.value !== null);
   }
 
@@ -183,7 +184,7 @@ export class Loops {
   }
 
   #fillResults(driven: Driven, compared: Driven | null): void {
-    const { columns, figures } = t.loops;
+    const { columns, figures } = say;
     const shown = Object.entries(figures).filter(([name]) => Number.isFinite(driven.summary[name] ?? Number.NaN));
     const head = h('tr', {}, h('th', { scope: 'col' }, columns.figure), h('th', { scope: 'col' }, columns.now), compared ? h('th', { scope: 'col' }, columns.compared) : null);
     const rows = shown.map(([name, [label, unit]]) =>
@@ -197,12 +198,12 @@ export class Loops {
     this.#stage.setTime(time);
     for (const trace of this.#traces) trace.setTime(time, this.#store.display.value);
     this.#slider.value = String((1000 * time) / this.#end());
-    const text = t.loops.timeIs(formatFixed(time, 1), formatFixed(this.#end(), 0));
+    const text = say.timeIs(formatFixed(time, 1), formatFixed(this.#end(), 0));
     this.#slider.setAttribute('aria-valuetext', text);
     this.#clock.textContent = text;
     const guidance = this.runner.driven.value?.guidance;
     const avoiding = guidance && guidance.time.length > 0 ? guidance.columns['avoiding']?.[rowAt(guidance.time, time)] : undefined;
-    this.#says.textContent = avoiding === undefined ? '' : (t.loops.avoiding[avoiding] ?? '');
+    this.#says.textContent = avoiding === undefined ? '' : (say.avoiding[avoiding] ?? '');
   }
 
   #toggle(): void {
@@ -218,13 +219,13 @@ export class Loops {
     };
     this.#playing = requestAnimationFrame(frame);
     this.#play.replaceChildren(icon('pause'));
-    this.#play.setAttribute('aria-label', t.loops.pause);
+    this.#play.setAttribute('aria-label', say.pause);
   }
 
   #stop(): void {
     if (this.#playing !== null) cancelAnimationFrame(this.#playing);
     this.#playing = null;
     this.#play.replaceChildren(icon('play'));
-    this.#play.setAttribute('aria-label', t.loops.play);
+    this.#play.setAttribute('aria-label', say.play);
   }
 }

@@ -2,6 +2,7 @@
 
 import { h, onResize } from '../dom';
 import { t } from '../messages';
+import { loops as say } from '../messages/loops';
 import { LEFT, RIGHT } from '../plot/axes';
 import { withGaps } from '../plot/gaps';
 import { type CurveData, type CurveStyle, TimePlot } from '../plot/time-plot';
@@ -40,7 +41,7 @@ function car(label: string, column: string, style: CurveStyle = LINE, isCompared
 
 /** The plots, from top to bottom. */
 export function traceSpecs(): TraceSpec[] {
-  const { plots, curves } = t.loops;
+  const { plots, curves } = say;
   return [
     {
       key: 'yaw_rate', title: plots.yawRate, quantity: 'angle', unit: 'rad/s', least: 0.02,

@@ -1,13 +1,9 @@
-/** English. Texts that the core writes (parameter descriptions, errors) come from there and are shown as they are. */
+/** English: what the page says at its opening; rooms and dialogs bring their own. Texts that the core writes (parameter descriptions, errors) come from there and are shown as they are. */
 
 import type { RoomName } from '../room-names';
 import { files } from './files';
 import { axis } from './axis';
 import { compass, gate, variants } from './magnetic';
-import { navigation } from './navigation';
-import { loops } from './loops';
-import { motion } from './motion';
-import { road } from './road';
 
 export const en = {
   files,
@@ -15,11 +11,8 @@ export const en = {
   gate,
   compass,
   axis,
-  road,
-  navigation,
-  loops,
-  motion,
   name: 'Drivescope',
+  close: 'Close',
   header: {
     drive: 'Drive',
     openFile: 'Open a log…',
@@ -29,6 +22,9 @@ export const en = {
     help: 'Keyboard and help',
     report: 'About this log',
     papers: 'Papers',
+    columns: 'Columns of this log',
+    loops: 'Control',
+    loopsHint: 'Path following, obstacle avoidance and yaw-moment control, driven here',
     exportEstimates: (title: string) => `${title}: estimates (CSV)`,
     exportDrive: 'Measurements and truth (CSV)',
     exportTuning: 'Tuned parameters (JSON)',
@@ -39,48 +35,8 @@ export const en = {
   },
   drives: {
     title: 'Built-in drives',
-    search: 'Find a drive',
-    none: 'No drive is called or described so.',
-    seed: 'Seed',
     ownSeed: 'its own',
-    random: 'Another',
-    seedNote: 'All noise and every sensor’s biases come from it: same drive, same seed, same numbers.',
     withSeed: (title: string, seed: string) => `${title}, seed ${seed}`,
-    facts: (duration: string, way: string, top: string) => `${duration} · ${way} · up to ${top}`,
-    compose: 'A drive of your own is a JSON file: drop it on the page to drive it. To begin with, export the JSON of one of these.',
-  },
-  gallery: {
-    title: 'Papers and what they claim',
-    chapters: 'Chapters',
-    intro: 'Each claim is tried here, on this computer, with the same drives and estimators as the page. No verdict is kept: it is there once it has been obtained.',
-    loading: 'Loading the claims…',
-    runAll: 'Run all',
-    stopAll: 'Stop all',
-    run: 'Run it here',
-    again: 'Run again',
-    untried: 'not run yet',
-    left: (count: number) => `${count} not run yet`,
-    waiting: 'waiting',
-    running: 'running',
-    runningTrial: (trial: string) => `running: ${trial}`,
-    stopped: 'stopped before its end',
-    failed: (reason: string) => `could not be tried: ${reason}`,
-    dead: (reason: string) => `The gallery could not go on${reason === '' ? '' : ` (${reason})`}. Reload the page to try again.`,
-    verdicts: { supported: 'supported', partly: 'partly supported', not_supported: 'not supported' },
-    columns: { figure: 'Figure', claimed: 'in the paper', obtained: 'obtained', unit: 'unit', limits: 'speaks for it if' },
-    figuresOf: (claim: string) => `Figures: ${claim}`,
-    informs: 'for information',
-    atMost: (limit: string) => `at most ${limit}`,
-    atLeast: (limit: string) => `at least ${limit}`,
-    between: (low: string, high: string) => `${low} to ${high}`,
-    holds: 'yes',
-    fails: 'no',
-    seconds: (time: string) => `Computed here in ${time} s.`,
-    trials: (count: number) => (count === 1 ? 'The drive and its estimator' : `The ${count} drives with their estimators`),
-    open: 'Open',
-    openTrial: (name: string) => `Open this drive with this estimator: ${name}`,
-    seed: (seed: string) => `seed ${seed}`,
-    vehicle: (name: string) => `assuming the car ${name}`,
   },
   display: {
     angle: 'Angles',
@@ -101,6 +57,12 @@ export const en = {
     isoNote: 'x forward, y left, z up. Roll right side down +, pitch nose down +, yaw counter-clockwise from north +.',
     gradeNote: 'Uphill +, in both conventions.',
   },
+  /** What is seen in every room while a fault is in the drive. */
+  faultSign: {
+    text: (count: number) => (count === 1 ? 'A fault is in this drive: measurements are not as recorded.' : `${count} faults are in this drive: measurements are not as recorded.`),
+    show: 'Show',
+    removeAll: 'Take all out',
+  },
   work: {
     opening: (name: string) => `Opening ${name}`,
     stages: { reading: 'reading', mapping: 'finding the signals', simulating: 'driving', estimating: 'estimating' },
@@ -117,6 +79,7 @@ export const en = {
     dismiss: 'Dismiss',
     dead: (reason: string) => `The estimating core stopped unexpectedly (${reason}). Reload the page to go on.`,
     worker: 'The estimating core could not be loaded. Reload the page.',
+    unloaded: (name: string) => `“${name}” could not be loaded. Check the network and try again.`,
     runFailed: (title: string, reason: string) => `${title}: ${reason}`,
   },
   drop: {
@@ -324,34 +287,5 @@ export const en = {
     download: 'Download this mapping (JSON)',
     mappingHint: 'Edit it and drop it together with the log to read the columns differently.',
     hertz: (rate: string) => `${rate} Hz`,
-  },
-  help: {
-    title: 'Keyboard',
-    close: 'Close',
-    keys: [
-      ['Space', 'play or pause'],
-      ['← →', 'step the cursor by one hundredth of what is shown (Shift: a tenth)'],
-      ['Home End', 'to the start or the end of the drive'],
-      ['+ −', 'zoom in or out about the cursor'],
-      ['0', 'show the whole drive'],
-      ['[ ]', 'move what is shown'],
-      ['1 2 3 5 6', 'go to a view of the room that is open, from top to bottom'],
-      ['4', 'go to the trajectory'],
-      ['V', 'the next room: overview, road, …'],
-      ['X', 'plots over time or over distance'],
-      ['P', 'go to the parameters'],
-      ['Ctrl+Z, Ctrl+Shift+Z', 'undo or redo a parameter'],
-      ['D', 'choose a built-in drive'],
-      ['G', 'the gallery of papers'],
-      ['C', 'closed loops: control of a car'],
-      ['O', 'open a log'],
-      ['?', 'this page'],
-      ['Esc', 'close'],
-    ] as readonly (readonly [string, string])[],
-    mouse: 'Mouse and touch',
-    mouseText:
-      'Wheel or pinch zooms time, drag marks a stretch to zoom into, Shift-drag or two fingers move it, a double click shows the whole drive. One finger moves the cursor. On the map, drag moves and wheel or pinch zooms.',
-    privacy: 'Everything is computed on this computer; nothing is sent anywhere.',
-    version: (version: string) => `Version ${version}`,
   },
 } as const;

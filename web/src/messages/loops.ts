@@ -2,8 +2,6 @@
 
 export const loops = {
   title: 'Closed loops',
-  button: 'Control',
-  hint: 'Path following, obstacle avoidance and yaw-moment control, driven here',
   choose: 'Closed loop',
   intro: 'Controllers drive a car that is simulated here; move a slider and it is driven again.',
   loading: 'Loading the closed loops…',

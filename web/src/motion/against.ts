@@ -3,6 +3,7 @@
 import { h } from '../dom';
 import type { Latency, ModeScore } from '../door';
 import { t } from '../messages';
+import { motion as say } from '../messages/motion';
 import type { Session } from '../session';
 import type { Store } from '../state';
 import { formatFixed } from '../units';
@@ -40,28 +41,28 @@ export class Against {
     const there: Reference[] = [...(truth ? ['truth' as const] : []), ...(labels.length > 0 ? ['labels' as const] : [])];
     const reference = there.includes(this.#chosen) ? this.#chosen : there[0];
     if (!reply || !reference) {
-      this.element.replaceChildren(h('p.note', {}, reply ? t.motion.against.none : t.motion.explain.none));
+      this.element.replaceChildren(h('p.note', {}, reply ? say.against.none : say.explain.none));
       return;
     }
     const score = reference === 'truth' ? truth : await this.#session.rpc.call('labels_score', { source: `${ESTIMATOR}:current`, labels });
-    this.element.replaceChildren(this.#choice(there, reference), ...(score ? tables(score) : [h('p.note', {}, t.motion.against.notYet)]));
+    this.element.replaceChildren(this.#choice(there, reference), ...(score ? tables(score) : [h('p.note', {}, say.against.notYet)]));
   }
 
   #choice(there: Reference[], chosen: Reference): HTMLElement {
-    if (there.length < 2) return h('p.held', {}, `${t.motion.against.hold} ${t.motion.against[chosen]}.`);
-    const select = h('select', {}, ...there.map((name) => h('option', { value: name, selected: name === chosen }, t.motion.against[name])));
+    if (there.length < 2) return h('p.held', {}, `${say.against.hold} ${say.against[chosen]}.`);
+    const select = h('select', {}, ...there.map((name) => h('option', { value: name, selected: name === chosen }, say.against[name])));
     select.addEventListener('change', () => {
       this.#chosen = select.value === 'labels' ? 'labels' : 'truth';
       this.#refresh();
     });
-    return h('label.held', {}, t.motion.against.hold, ' ', select);
+    return h('label.held', {}, say.against.hold, ' ', select);
   }
 }
 
 function tables(score: ModeScore): HTMLElement[] {
   const percent = (share: number | null): string => formatFixed(share === null ? null : 100 * share, 1);
   return [
-    h('p', {}, t.motion.against.accuracy(percent(score.accuracy), percent(score.accuracy_guarded))),
+    h('p', {}, say.against.accuracy(percent(score.accuracy), percent(score.accuracy_guarded))),
     h('div.pair', {}, confusion(score), delays(score)),
   ];
 }
@@ -77,15 +78,15 @@ function confusion({ confusion: rows }: ModeScore): HTMLElement {
     const share = total > 0 ? `${formatFixed((100 * (row[i] ?? 0)) / total, 1)} %` : '–';
     return h('tr', {}, h('th', { scope: 'row' }, t.modes[i] ?? ''), ...cells, h('td', {}, share));
   });
-  const head = [t.motion.against.trueMode, ...t.modes, t.motion.against.share].map((name) => h('th', { scope: 'col' }, name));
-  return h('table.numbers.confusion', {}, h('caption', {}, t.motion.against.confusion), h('thead', {}, h('tr', {}, ...head)), h('tbody', {}, ...body));
+  const head = [say.against.trueMode, ...t.modes, say.against.share].map((name) => h('th', { scope: 'col' }, name));
+  return h('table.numbers.confusion', {}, h('caption', {}, say.against.confusion), h('thead', {}, h('tr', {}, ...head)), h('tbody', {}, ...body));
 }
 
 function delays(score: ModeScore): HTMLElement {
   const row = (name: string, { mean, max, count, missed }: Latency): HTMLElement =>
     h('tr', {}, h('th', { scope: 'row' }, name), h('td', {}, formatFixed(mean, 2)), h('td', {}, formatFixed(max, 2)), h('td', {}, String(count)), h('td', { class: missed > 0 ? 'bad' : undefined }, String(missed)));
   const kinds = ['launch', 'stop', 'corner_entry', 'corner_exit'] as const;
-  const { kind, mean, max, count, missed } = t.motion.against;
+  const { kind, mean, max, count, missed } = say.against;
   const head = [kind, mean, max, count, missed].map((name) => h('th', { scope: 'col' }, name));
-  return h('table.numbers', {}, h('caption', {}, t.motion.against.latency), h('thead', {}, h('tr', {}, ...head)), h('tbody', {}, ...kinds.map((k) => row(t.score[k], score[k]))));
+  return h('table.numbers', {}, h('caption', {}, say.against.latency), h('thead', {}, h('tr', {}, ...head)), h('tbody', {}, ...kinds.map((k) => row(t.score[k], score[k]))));
 }

@@ -3,6 +3,7 @@
 import { h } from '../dom';
 import type { EstimatorInfo, ParamValue, RunReport } from '../door';
 import { t } from '../messages';
+import { motion as say } from '../messages/motion';
 import { ModeStrip, type StripRow } from '../plot/mode-strip';
 import { stretches } from '../plot/strip';
 import { TimeArea } from '../plot/time-area';
@@ -55,7 +56,7 @@ export function errorsOf({ score }: RunReport): Errors {
 
 export class AidView extends TimeView {
   #strip: ModeStrip;
-  #host = h('div.strip', { role: 'img', 'aria-label': t.motion.aids.label });
+  #host = h('div.strip', { role: 'img', 'aria-label': say.aids.label });
   #now = h('span.now');
   #table = h('div.aid-table');
   #history: History<Tuning>;
@@ -66,9 +67,9 @@ export class AidView extends TimeView {
   readonly #showNow = latest(() => this.#loadNow());
 
   constructor(store: Store, session: Session, history: History<Tuning>) {
-    super(store, session, { title: t.motion.aids.title, key: '3', id: 'motion-aids', lanes: [lane()] });
+    super(store, session, { title: say.aids.title, key: '3', id: 'motion-aids', lanes: [lane()] });
     this.#history = history;
-    const legend = h('div.legend', {}, h('h3.lane-title', {}, t.motion.aids.aid), this.#now);
+    const legend = h('div.legend', {}, h('h3.lane-title', {}, say.aids.aid), this.#now);
     this.body.prepend(h('div.strip-lane', {}, legend, this.#host));
     this.body.append(this.#table);
     this.#strip = new ModeStrip(this.#host);
@@ -110,14 +111,14 @@ export class AidView extends TimeView {
   }
 
   protected override takeExtra(times: Float64Array, columns: Float64Array[]): void {
-    const rows = AIDS.map((aid, i): StripRow => ({ label: t.motion.aids.names[aid] ?? aid, kind: 'on', stretches: stretches(times, columns[i] ?? []) }));
+    const rows = AIDS.map((aid, i): StripRow => ({ label: say.aids.names[aid] ?? aid, kind: 'on', stretches: stretches(times, columns[i] ?? []) }));
     this.#strip.setRows(rows);
     this.#showNow();
   }
 
   protected override extraColumns(): TableColumn[] {
     const source = this.#source();
-    return source === null ? [] : AIDS.map((aid) => ({ source, column: `${aid}_active`, label: t.motion.aids.names[aid] ?? aid, quantity: 'plain', unit: '1' }));
+    return source === null ? [] : AIDS.map((aid) => ({ source, column: `${aid}_active`, label: say.aids.names[aid] ?? aid, quantity: 'plain', unit: '1' }));
   }
 
   async #loadNow(): Promise<void> {
@@ -127,7 +128,7 @@ export class AidView extends TimeView {
       return;
     }
     const values = await this.session.rpc.call('values', { items: AIDS.map((aid) => ({ source, column: `${aid}_active` })), times: [this.store.cursor.value] });
-    this.#now.textContent = t.motion.aids.now(AIDS.filter((_, i) => (values[i] ?? 0) > 0.5).map((aid) => t.motion.aids.names[aid]).join(', '));
+    this.#now.textContent = say.aids.now(AIDS.filter((_, i) => (values[i] ?? 0) > 0.5).map((aid) => say.aids.names[aid]).join(', '));
   }
 
   /** A result has come: what was tried with switched aids belongs to the one before. */
@@ -196,7 +197,7 @@ export class AidView extends TimeView {
     }
     const present = reply ? errorsOf(reply.current) : null;
     const display = store.display.value;
-    const texts = t.motion.aids;
+    const texts = say.aids;
     const units = [texts.position, `${texts.velocity} [${unitLabel('speed', 'm/s', display)}]`, `${texts.attitude} [${unitLabel('angle', 'rad', display)}]`];
     const head = [texts.aid, texts.state, texts.switched, ...units].map((name, i) => h(i > 0 && i < 3 ? 'th.text' : 'th', { scope: 'col' }, name));
     const first = h('tr.present', {}, h('th', { scope: 'row' }, texts.present), h('td'), h('td'), ...this.#cells(present, null));
@@ -212,7 +213,7 @@ export class AidView extends TimeView {
   }
 
   #row(aid: Aid, present: Errors | null): HTMLElement {
-    const texts = t.motion.aids;
+    const texts = say.aids;
     const isOn = this.#isOn(aid);
     const name = texts.names[aid] ?? aid;
     const input = h('input', { type: 'checkbox', role: 'switch', checked: isOn, 'aria-label': texts.switchOne(name) });

@@ -1,6 +1,6 @@
 /** Under the timeline: at each decision the rule that fired and the statistic against its threshold, where there is room. */
 
-import { t } from '../messages';
+import { motion as say } from '../messages/motion';
 import { LEFT, RIGHT } from '../plot/axes';
 import { axis, shareOf } from '../plot/axis';
 import { modeColour, palette } from '../plot/palette';
@@ -31,7 +31,7 @@ export class DecisionStrip extends Canvas {
     context.fillStyle = palette.value.muted;
     context.textAlign = 'right';
     context.textBaseline = 'middle';
-    context.fillText(t.motion.rows.rule, LEFT - 5, this.height / 4, LEFT - 6);
+    context.fillText(say.rows.rule, LEFT - 5, this.height / 4, LEFT - 6);
     context.textAlign = 'left';
     const middle = this.height / 2;
     this.#decisions.forEach((decision, i) => {
@@ -47,7 +47,7 @@ export class DecisionStrip extends Canvas {
       const fitting = (texts: string[]): string => texts.find((text) => context.measureText(text).width <= room) ?? '';
       const codes = deciding(decision.rule).map((s) => s.toUpperCase()).join(' ');
       context.fillStyle = palette.value.ink;
-      context.fillText(fitting([t.motion.rules[decision.rule] ?? '', codes]), at + 5, middle / 2);
+      context.fillText(fitting([say.rules[decision.rule] ?? '', codes]), at + 5, middle / 2);
       context.fillStyle = palette.value.muted;
       const pairs = figures(decision, this.#display).split(', ');
       context.fillText(fitting([pairs.join(', '), pairs[0] ?? '', (pairs[0] ?? '').replace(/ [^ ]+$/, '')]), at + 5, middle + middle / 2);

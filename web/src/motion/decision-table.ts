@@ -1,7 +1,7 @@
 /** The decisions in what is shown, as a table that leads to each. */
 
 import { h } from '../dom';
-import { t } from '../messages';
+import { motion as say } from '../messages/motion';
 import type { Signal } from '../signal';
 import { perFrame } from '../signal';
 import type { Store } from '../state';
@@ -12,7 +12,7 @@ import { change, type Decision, decisionAt, figures } from './explain';
 const MOST = 100;
 
 export class DecisionTable {
-  readonly element = h('div.decisions.scroll', { tabindex: '0', role: 'region', 'aria-label': t.motion.decisions.title });
+  readonly element = h('div.decisions.scroll', { tabindex: '0', role: 'region', 'aria-label': say.decisions.title });
   #store: Store;
   #decisions: Signal<readonly Decision[]>;
   #rows = new Map<Decision, HTMLElement>();
@@ -33,10 +33,10 @@ export class DecisionTable {
     const all = this.#decisions.value.filter((d) => d.time >= t0 && d.time <= t1);
     const shown = all.slice(0, MOST);
     this.#rows = new Map(shown.map((decision) => [decision, this.#row(decision)]));
-    const { caption, time, change: what, rule, figures: numbers } = t.motion.decisions;
+    const { caption, time, change: what, rule, figures: numbers } = say.decisions;
     const head = [time, what, rule, numbers].map((name, i) => h(i === 0 ? 'th' : 'th.text', { scope: 'col' }, name));
     const table = h('table.numbers', {}, h('caption', {}, caption(shown.length, all.length)), h('thead', {}, h('tr', {}, ...head)), h('tbody', {}, ...this.#rows.values()));
-    this.element.replaceChildren(all.length === 0 ? h('p.note', {}, t.motion.decisions.none) : table);
+    this.element.replaceChildren(all.length === 0 ? h('p.note', {}, say.decisions.none) : table);
     this.#mark();
   }
 
@@ -47,9 +47,9 @@ export class DecisionTable {
       this.#store.moveCursor(decision.time);
       this.#store.follow();
     };
-    const button = h('button.quiet', { type: 'button', 'aria-label': t.motion.decisions.go(at), onclick: go }, at);
+    const button = h('button.quiet', { type: 'button', 'aria-label': say.decisions.go(at), onclick: go }, at);
     const what = figures(decision, this.#store.display.value);
-    return h('tr', {}, h('th', { scope: 'row' }, button), h('td.text', {}, h('span.mode-swatch', { 'data-mode': decision.to }), ' ', change(decision)), h('td.text', {}, t.motion.rules[decision.rule] ?? ''), h('td.text', {}, what || t.motion.decisions.noFigures));
+    return h('tr', {}, h('th', { scope: 'row' }, button), h('td.text', {}, h('span.mode-swatch', { 'data-mode': decision.to }), ' ', change(decision)), h('td.text', {}, say.rules[decision.rule] ?? ''), h('td.text', {}, what || say.decisions.noFigures));
   }
 
   #mark(): void {

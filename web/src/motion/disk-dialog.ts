@@ -2,6 +2,7 @@
 
 import { h, iconButton, save } from '../dom';
 import { t } from '../messages';
+import { motion as say } from '../messages/motion';
 import type { Session } from '../session';
 import type { Store } from '../state';
 import { formatFixed, formatSignificant, formatTime } from '../units';
@@ -21,37 +22,37 @@ export class DiskDialog {
   #poses: number[] = [];
   #found: Calibrated | null = null;
   #refusal = '';
-  #shortest = h('input.number', { type: 'number', min: 0.5, max: 60, step: 0.5, value: 2, 'aria-label': t.motion.disk.shortest });
+  #shortest = h('input.number', { type: 'number', min: 0.5, max: 60, step: 0.5, value: 2, 'aria-label': say.disk.shortest });
   #count = h('p', { role: 'status' });
-  #table = h('div.scroll', { tabindex: '0', role: 'region', 'aria-label': t.motion.disk.caption });
+  #table = h('div.scroll', { tabindex: '0', role: 'region', 'aria-label': say.disk.caption });
   #verdict = h('p', { role: 'status' });
   #result = h('div.disk-result');
-  #apply = h('button.primary', { type: 'button', onclick: () => void this.#use(this.#found?.[0].disk ?? null) }, t.motion.disk.apply);
-  #undo = h('button', { type: 'button', onclick: () => void this.#use(null) }, t.motion.disk.undo);
-  #save = h('button', { type: 'button', onclick: () => this.#saveFound() }, t.motion.disk.save);
+  #apply = h('button.primary', { type: 'button', onclick: () => void this.#use(this.#found?.[0].disk ?? null) }, say.disk.apply);
+  #undo = h('button', { type: 'button', onclick: () => void this.#use(null) }, say.disk.undo);
+  #save = h('button', { type: 'button', onclick: () => this.#saveFound() }, say.disk.save);
   readonly #search = latest(() => this.#find());
   readonly #calibrate = latest(() => this.#solve());
 
   constructor(store: Store, session: Session) {
     this.#store = store;
     this.#session = session;
-    const file = h('input', { type: 'file', hidden: true, accept: '.json,application/json', tabindex: '-1', 'aria-label': t.motion.disk.open });
+    const file = h('input', { type: 'file', hidden: true, accept: '.json,application/json', tabindex: '-1', 'aria-label': say.disk.open });
     file.addEventListener('change', () => {
       void file.files?.[0]?.text().then((text) => applySavedDisk(store, session, text));
       file.value = '';
     });
-    const open = h('button', { type: 'button', onclick: () => file.click() }, t.motion.disk.open);
+    const open = h('button', { type: 'button', onclick: () => file.click() }, say.disk.open);
     this.#shortest.addEventListener('change', this.#search);
     this.element = h(
       'dialog.compass.disk-dialog',
-      { 'aria-label': t.motion.disk.calibration },
-      h('header', {}, h('h2', {}, t.motion.disk.calibration), iconButton('close', t.help.close, () => this.element.close())),
+      { 'aria-label': say.disk.calibration },
+      h('header', {}, h('h2', {}, say.disk.calibration), iconButton('close', t.close, () => this.element.close())),
       h('div.compass-body', {},
-        h('p', {}, t.motion.disk.intro),
-        h('label.shortest', {}, t.motion.disk.shortest, ' ', this.#shortest, ' ', t.units.seconds),
+        h('p', {}, say.disk.intro),
+        h('label.shortest', {}, say.disk.shortest, ' ', this.#shortest, ' ', t.units.seconds),
         this.#count, this.#table, this.#verdict, this.#result,
         h('div.compass-actions', {}, this.#apply, this.#undo, h('span.spacer'), this.#save, open, file),
-        h('p.note', {}, t.motion.disk.saveNote)),
+        h('p.note', {}, say.disk.saveNote)),
     );
     this.element.addEventListener('click', (event) => event.target === this.element && this.element.close());
     store.disk.on(() => this.#showVerdict());
@@ -66,7 +67,7 @@ export class DiskDialog {
     const shortest = Math.min(60, Math.max(0.5, Number(this.#shortest.value) || 2));
     this.#rests = await this.#session.rpc.call('disk_rests', { shortest });
     this.#poses = this.#rests.map((rest) => nearestPose(rest.pose));
-    this.#count.textContent = t.motion.disk.rests(this.#rests.length);
+    this.#count.textContent = say.disk.rests(this.#rests.length);
     this.#showRests();
     this.#calibrate();
   }
@@ -93,7 +94,7 @@ export class DiskDialog {
   }
 
   #showRests(): void {
-    const { from, length, shown, pose, unused, poses, caption, goTo } = t.motion.disk;
+    const { from, length, shown, pose, unused, poses, caption, goTo } = say.disk;
     const rows = this.#rests.map((rest, i) => {
       const at = formatTime(this.#store.sinceStart(rest.span[0]), 1);
       const select = h('select', { 'aria-label': `${pose}, ${at}` }, ...poses.map((name, k) => h('option', { value: k, selected: k === this.#poses[i] }, name)), h('option', { value: -1, selected: this.#poses[i] === -1 }, unused));
@@ -113,9 +114,9 @@ export class DiskDialog {
 
   #showVerdict(): void {
     const isApplied = this.#store.disk.value !== null;
-    const found = this.#found ? t.motion.disk.found(this.#used().length) : t.motion.disk.refused(this.#refusal);
+    const found = this.#found ? say.disk.found(this.#used().length) : say.disk.refused(this.#refusal);
     this.#verdict.className = this.#found ? 'good' : 'bad';
-    this.#verdict.textContent = `${found} ${isApplied ? t.motion.disk.applied : t.motion.disk.drawn}`;
+    this.#verdict.textContent = `${found} ${isApplied ? say.disk.applied : say.disk.drawn}`;
     this.#apply.disabled = this.#found === null;
     this.#undo.hidden = !isApplied;
     this.#save.disabled = this.#found === null && !isApplied;
@@ -129,16 +130,16 @@ export class DiskDialog {
     const [calibration, , cannot] = this.#found;
     const { residual } = calibration;
     this.#result.replaceChildren(
-      h('div.scroll', { tabindex: '0', role: 'region', 'aria-label': t.motion.disk.result }, this.#sensors(calibration)),
+      h('div.scroll', { tabindex: '0', role: 'region', 'aria-label': say.disk.result }, this.#sensors(calibration)),
       h('p.note', {}, this.#sigma(calibration)),
-      h('p.note', {}, residual ? t.motion.disk.residualNote : t.motion.disk.noResidual),
-      h('h3', {}, t.motion.disk.cannot),
+      h('p.note', {}, residual ? say.disk.residualNote : say.disk.noResidual),
+      h('h3', {}, say.disk.cannot),
       h('ul', {}, ...cannot.map((sentence) => h('li', {}, sentence))),
     );
   }
 
   #sensors({ disk, residual }: Calibration): HTMLElement {
-    const texts = t.motion.disk;
+    const texts = say.disk;
     const head = [texts.sensor, texts.axis, texts.scale, texts.leaning, texts.bias, ...(residual ? [texts.residual] : [])];
     const rows = disk.sensors.map((sensor, i) =>
       h('tr', {},
@@ -156,7 +157,7 @@ export class DiskDialog {
     const rate = this.#store.report.value?.channels.find((c) => c.columns.includes('acc6_1'))?.rate_hz ?? 1;
     const means = this.#used().map(({ span, spread }) => spread / Math.sqrt(Math.max(1, (span[1] - span[0]) * rate)));
     const worst = Math.max(...means, 0);
-    return t.motion.disk.sigma(formatSignificant(Math.max(...axis_sigma) * worst, 2), formatSignificant(bias_sigma * worst, 2));
+    return say.disk.sigma(formatSignificant(Math.max(...axis_sigma) * worst, 2), formatSignificant(bias_sigma * worst, 2));
   }
 
   async #use(disk: Calibration['disk'] | null): Promise<void> {

@@ -1,6 +1,6 @@
 /** A six-accelerometer disk as a file and as numbers, and putting it to use. */
 
-import { t } from '../messages';
+import { motion as say } from '../messages/motion';
 import type { Session } from '../session';
 import type { Store } from '../state';
 import type { DiskSensor, Triple } from './door';
@@ -22,7 +22,7 @@ function isTriple(value: unknown): value is Triple {
 export function readDisk(text: string): Disk {
   const { sensors } = JSON.parse(text) as Partial<Disk>;
   const isSensor = (s: DiskSensor): boolean => isTriple(s?.position) && isTriple(s?.axis) && Number.isFinite(s?.bias);
-  if (!Array.isArray(sensors) || sensors.length !== 6 || !sensors.every(isSensor)) throw new Error(t.motion.disk.sensors);
+  if (!Array.isArray(sensors) || sensors.length !== 6 || !sensors.every(isSensor)) throw new Error(say.disk.sensors);
   return { sensors };
 }
 
@@ -34,7 +34,7 @@ export function numbersOf({ sensors }: Disk): Float64Array {
 /** Read the open log's disk as this one, null for the drawing, and estimate anew. */
 export async function applyDisk(store: Store, session: Session, disk: Disk | null): Promise<void> {
   if (!store.report.value?.channels.some((c) => c.columns.includes('acc6_1'))) {
-    store.error.value = t.motion.disk.noDisk;
+    store.error.value = say.disk.noDisk;
     return;
   }
   await session.rpc.call('disk_apply', { numbers: disk ? numbersOf(disk) : new Float64Array(0) });
@@ -47,6 +47,6 @@ export async function applySavedDisk(store: Store, session: Session, text: strin
   try {
     await applyDisk(store, session, readDisk(text));
   } catch (reason) {
-    store.error.value = t.motion.disk.unreadable(reason instanceof Error ? reason.message : String(reason));
+    store.error.value = say.disk.unreadable(reason instanceof Error ? reason.message : String(reason));
   }
 }

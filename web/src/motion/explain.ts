@@ -1,6 +1,7 @@
 /** Decisions of the motion mode in words: which rule fired, and which statistic against which threshold. */
 
 import { t } from '../messages';
+import { motion as say } from '../messages/motion';
 import { type Display, formatSignificant, paramUnit } from '../units';
 
 export type Statistic = 'jd' | 'td' | 'fd' | 'yd';
@@ -10,7 +11,7 @@ export const STATISTICS: readonly Statistic[] = ['jd', 'td', 'fd', 'yd'];
 export const UNITS: Record<Statistic, string> = { jd: 'm/s^2', td: 'rad/s', fd: 'm/s^2', yd: 'rad/s' };
 
 /** Codes of the column `rule`. */
-export const RULES = { keep: 0, force: 1, activity: 2, stop: 3, cornerBegins: 4, cornerEnds: 5, wheelsTurn: 6, learning: 7, filling: 8, wheelsStand: 9, settled: 10, speedGained: 11, turns: 12 } as const;
+export const RULES = { keep: 0, force: 1, activity: 2, stop: 3, cornerBegins: 4, cornerEnds: 5, wheelsTurn: 6, learning: 7, filling: 8, wheelsStand: 9, settled: 10, speedGained: 11, turns: 12, fixesStay: 13 } as const;
 
 /** A statistic and what it was compared with. */
 export interface Pair {
@@ -115,26 +116,27 @@ export interface Settings {
 
 /** What holds at an instant, why, and what would end it: sentences. `label` names an instant. */
 export function explain(decision: Decision | null, now: Moment, settings: Settings, display: Display, label: (time: number) => string): string[] {
-  if (!decision) return [t.motion.explain.none];
+  if (!decision) return [say.explain.none];
   const mode = t.modes[decision.to] ?? '–';
   const name = `${mode.charAt(0).toUpperCase()}${mode.slice(1)}`;
   const lasted = Math.max(0, now.time - decision.time).toFixed(1);
-  const why = t.motion.because[decision.rule] ?? '';
+  const why = say.because[decision.rule] ?? '';
   const what = figures(decision, display);
-  const head = Number.isFinite(decision.from) || decision.rule !== RULES.keep ? t.motion.explain.since(name, label(decision.time), lasted, why) : t.motion.explain.start(name, lasted);
-  return [`${head}${what === '' ? '.' : t.motion.explain.figures(what)}`, ...whatNext(decision.to, now, settings, display)];
+  const head = Number.isFinite(decision.from) || decision.rule !== RULES.keep ? say.explain.since(name, label(decision.time), lasted, why) : say.explain.start(name, lasted);
+  return [`${head}${what === '' ? '.' : say.explain.figures(what)}`, ...whatNext(decision, now, settings, display)];
 }
 
-function whatNext(mode: number, now: Moment, settings: Settings, display: Display): string[] {
-  const { explain: texts } = t.motion;
+function whatNext({ to: mode, rule: told }: Decision, now: Moment, settings: Settings, display: Display): string[] {
+  const { explain: texts } = say;
   const { statistics, rule } = now;
   if (rule === RULES.learning) return [texts.learning];
+  if (mode === 0 && told === RULES.fixesStay) return [texts.restByFixes];
   if (mode === 0) {
     const fd = shown('fd', statistics.fd.threshold, display);
     return [settings.escapeTime > 0 ? texts.rest(fd, formatSignificant(settings.escapeTime, 2)) : texts.restPaper(fd)];
   }
   const yaw = mode === 2 ? texts.corner(shown('yd', settings.yawOff, display)) : texts.straight(shown('yd', settings.yawOn, display));
-  if (rule === RULES.wheelsTurn || rule === RULES.speedGained || rule === RULES.turns) return [yaw, texts.vetoed(t.motion.because[rule] ?? '')];
+  if (rule === RULES.wheelsTurn || rule === RULES.speedGained || rule === RULES.turns) return [yaw, texts.vetoed(say.because[rule] ?? '')];
   if (rule === RULES.filling) return [yaw, texts.filling];
   const above = (['jd', 'td', 'fd'] as const).filter((s) => statistics[s].value > statistics[s].threshold).map((s) => s.toUpperCase());
   return [yaw, texts.moving(above.length > 0 ? texts.above(above.join(' and ')) : texts.quiet)];

@@ -2,7 +2,7 @@
 
 import { h } from '../dom';
 import type { EstimatorInfo, NumberParam } from '../door';
-import { t } from '../messages';
+import { motion as say } from '../messages/motion';
 import { LEFT, RIGHT } from '../plot/axes';
 import { axis, timeAt } from '../plot/axis';
 import type { Session } from '../session';
@@ -105,8 +105,8 @@ export class Grip {
     if (!spec) return;
     const { quantity, unit } = this.#lane.spec;
     const { element } = this;
-    element.title = t.motion.threshold.hint;
-    element.setAttribute('aria-label', t.motion.threshold.grip(this.line.replace('_', ' ').toUpperCase()));
+    element.title = say.threshold.hint;
+    element.setAttribute('aria-label', say.threshold.grip(this.line.replace('_', ' ').toUpperCase()));
     element.setAttribute('aria-valuemin', String(spec.min));
     element.setAttribute('aria-valuemax', String(spec.max));
     element.setAttribute('aria-valuenow', String(value));

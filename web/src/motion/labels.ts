@@ -1,6 +1,6 @@
 /** Labels of the motion mode, painted by hand or read from a file. A label holds from its instant to the next one. */
 
-import { t } from '../messages';
+import { motion as say } from '../messages/motion';
 import type { Stretch } from '../plot/strip';
 
 /** Times (s) and, in the second half, modes; NaN where nothing is said. */
@@ -56,11 +56,11 @@ export function isLabels(text: string): boolean {
 export function fromText(text: string, file: string): Labels {
   const plain = text.replace(/^\uFEFF/, '').trim();
   const fail = (row: number, what: string): never => {
-    throw new Error(t.motion.labels.bad(file, row, what));
+    throw new Error(say.labels.bad(file, row, what));
   };
   const list = plain.startsWith('[') ? ofJson(plain, fail) : ofCsv(plain, fail);
   list.forEach(({ time }, i) => {
-    if (i > 0 && !(time > (list[i - 1] as Label).time)) fail(i + (plain.startsWith('[') ? 1 : 2), t.motion.labels.order);
+    if (i > 0 && !(time > (list[i - 1] as Label).time)) fail(i + (plain.startsWith('[') ? 1 : 2), say.labels.order);
   });
   return ofList(list);
 }
@@ -74,24 +74,24 @@ function ofJson(text: string, fail: (row: number, what: string) => never): Label
   try {
     rows = JSON.parse(text);
   } catch {
-    return fail(1, t.motion.labels.json);
+    return fail(1, say.labels.json);
   }
   return (rows as unknown[]).map((row, i) => {
     const { time, mode } = (row ?? {}) as { time?: unknown; mode?: unknown };
-    if (typeof time !== 'number' || !Number.isFinite(time) || (mode !== null && !isMode(mode))) return fail(i + 1, t.motion.labels.json);
+    if (typeof time !== 'number' || !Number.isFinite(time) || (mode !== null && !isMode(mode))) return fail(i + 1, say.labels.json);
     return { time, mode: mode ?? Number.NaN };
   });
 }
 
 function ofCsv(text: string, fail: (row: number, what: string) => never): Label[] {
   const [heading, ...lines] = text.split(/\r?\n/);
-  if (heading?.trim() !== HEADING) fail(1, t.motion.labels.heading(heading ?? ''));
+  if (heading?.trim() !== HEADING) fail(1, say.labels.heading(heading ?? ''));
   return lines.flatMap((line, i) => {
     if (line.trim() === '') return [];
     const [first = '', second, ...rest] = line.split(',').map((cell) => cell.trim());
     const time = first === '' ? Number.NaN : Number(first);
     const mode = second === '' || second === 'nan' ? Number.NaN : Number(second);
-    if (second === undefined || rest.length > 0 || !Number.isFinite(time) || !(Number.isNaN(mode) ? second === '' || second === 'nan' : isMode(mode))) return fail(i + 2, t.motion.labels.cells(line));
+    if (second === undefined || rest.length > 0 || !Number.isFinite(time) || !(Number.isNaN(mode) ? second === '' || second === 'nan' : isMode(mode))) return fail(i + 2, say.labels.cells(line));
     return [{ time, mode }];
   });
 }

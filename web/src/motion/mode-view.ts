@@ -2,6 +2,7 @@
 
 import { h } from '../dom';
 import { t } from '../messages';
+import { motion as say } from '../messages/motion';
 import { ModeStrip, type StripRow } from '../plot/mode-strip';
 import { stretches } from '../plot/strip';
 import { TimeArea } from '../plot/time-area';
@@ -31,7 +32,7 @@ function lane(statistic: Statistic): LaneSpec {
   const threshold = `${statistic}_threshold`;
   return {
     key: statistic,
-    title: t.motion.lanes[statistic],
+    title: say.lanes[statistic],
     quantity: UNITS[statistic] === 'rad/s' ? 'rate' : 'plain',
     unit: UNITS[statistic],
     isLog: true,
@@ -50,7 +51,7 @@ export class MotionModeView extends TimeView {
   #marks: DecisionStrip;
   #host = h('div.strip', { role: 'img', 'aria-label': t.views.plotLabel(t.lanes.mode, '') });
   #why = h('p.explained', { 'aria-live': 'off' });
-  #note = h('p.note.below-lanes', {}, t.motion.threshold.hint);
+  #note = h('p.note.below-lanes', {}, say.threshold.hint);
   #rows: StripRow[] = [];
   #grips: Grip[] = [];
   #decisions: Signal<readonly Decision[]>;
@@ -58,7 +59,7 @@ export class MotionModeView extends TimeView {
 
   constructor(store: Store, session: Session, history: History<Tuning>, decisions: Signal<readonly Decision[]>) {
     const painter = new Painter(store, session, () => decisions.value);
-    super(store, session, { title: t.motion.mode, key: '1', id: 'motion-mode', lanes: STATISTICS.map(lane), controls: [painter.button] });
+    super(store, session, { title: say.mode, key: '1', id: 'motion-mode', lanes: STATISTICS.map(lane), controls: [painter.button] });
     this.#decisions = decisions;
     const legend = h('div.legend', {}, h('h3.lane-title', {}, t.lanes.mode), ...t.modes.map(modeKey));
     const marks = h('div.strip.marks', { 'aria-hidden': 'true' });
@@ -100,7 +101,7 @@ export class MotionModeView extends TimeView {
   }
 
   #showNote(): void {
-    this.#note.textContent = this.#param('adaptive') === true ? `${t.motion.threshold.hint} ${t.motion.threshold.adaptive}` : t.motion.threshold.hint;
+    this.#note.textContent = this.#param('adaptive') === true ? `${say.threshold.hint} ${say.threshold.adaptive}` : say.threshold.hint;
   }
 
   #mark(): void {
@@ -143,7 +144,7 @@ export class MotionModeView extends TimeView {
 
   #show(): void {
     const painted = stretchesOf(this.store.labels.value, this.store.span.value.t1);
-    const labels: StripRow[] = painted.length > 0 ? [{ label: t.motion.rows.labels, kind: 'mode', stretches: painted }] : [];
+    const labels: StripRow[] = painted.length > 0 ? [{ label: say.rows.labels, kind: 'mode', stretches: painted }] : [];
     const rows = [...this.#rows, ...labels];
     this.#host.style.height = `${Math.max(1, rows.length) * 18}px`;
     this.#strip.setRows(rows);

@@ -2,6 +2,7 @@
 
 import { h, save } from '../dom';
 import { t } from '../messages';
+import { motion as say } from '../messages/motion';
 import { LEFT, RIGHT } from '../plot/axes';
 import { axis, shareOf, timeAt } from '../plot/axis';
 import type { Session } from '../session';
@@ -13,7 +14,7 @@ import { fromText, type Labels, labelsOf, NO_LABELS, stretchesOf, toCsv, toJson 
 /** Labels of a file, told as an error where they cannot be read. */
 export function takeLabels(store: Store, text: string, name: string): void {
   try {
-    if (!store.report.value) throw new Error(t.motion.labels.noDrive);
+    if (!store.report.value) throw new Error(say.labels.noDrive);
     store.labels.value = fromText(text, name);
   } catch (reason) {
     store.error.value = reason instanceof Error ? reason.message : String(reason);
@@ -22,8 +23,8 @@ export function takeLabels(store: Store, text: string, name: string): void {
 
 export class Painter {
   /** Turns painting on and off. */
-  readonly button = h('button', { type: 'button', 'aria-pressed': 'false' }, t.motion.labels.paint);
-  readonly toolbar = h('div.paint-bar', { role: 'group', 'aria-label': t.motion.labels.group, hidden: true });
+  readonly button = h('button', { type: 'button', 'aria-pressed': 'false' }, say.labels.paint);
+  readonly toolbar = h('div.paint-bar', { role: 'group', 'aria-label': say.labels.group, hidden: true });
   /** Over the strip. */
   readonly layer = h('div.paint-area', { hidden: true });
   #store: Store;
@@ -33,9 +34,9 @@ export class Painter {
   #mode = 0;
   #start: number | null = null;
   #band = h('div.selection', { hidden: true });
-  #undo = h('button', { type: 'button', onclick: () => this.#back() }, t.motion.labels.undo);
-  #startButton = h('button', { type: 'button', onclick: () => this.#setStart(this.#store.cursor.value) }, t.motion.labels.startHere);
-  #paintButton = h('button', { type: 'button', onclick: () => this.#paintToCursor() }, t.motion.labels.paintTo);
+  #undo = h('button', { type: 'button', onclick: () => this.#back() }, say.labels.undo);
+  #startButton = h('button', { type: 'button', onclick: () => this.#setStart(this.#store.cursor.value) }, say.labels.startHere);
+  #paintButton = h('button', { type: 'button', onclick: () => this.#paintToCursor() }, say.labels.paintTo);
   #count = h('span.hint', { role: 'status' });
   #saves: HTMLButtonElement[];
 
@@ -49,8 +50,8 @@ export class Painter {
     this.layer.style.right = `${RIGHT}px`;
     const saver = (label: string, name: string, text: (labels: Labels) => string, type: string): HTMLButtonElement =>
       h('button', { type: 'button', onclick: () => save(name, text(store.labels.value), type) }, label);
-    this.#saves = [saver(t.motion.labels.saveCsv, 'labels.csv', toCsv, 'text/csv'), saver(t.motion.labels.saveJson, 'labels.json', toJson, 'application/json')];
-    this.toolbar.append(...this.#brushes(), this.#startButton, this.#paintButton, this.#undo, ...this.#fills(), ...this.#saves, ...this.#opener(), this.#count, h('p.note', {}, t.motion.labels.hint));
+    this.#saves = [saver(say.labels.saveCsv, 'labels.csv', toCsv, 'text/csv'), saver(say.labels.saveJson, 'labels.json', toJson, 'application/json')];
+    this.toolbar.append(...this.#brushes(), this.#startButton, this.#paintButton, this.#undo, ...this.#fills(), ...this.#saves, ...this.#opener(), this.#count, h('p.note', {}, say.labels.hint));
     this.#listen();
     store.labels.watch(() => this.#show());
     store.report.on(() => {
@@ -61,8 +62,8 @@ export class Painter {
   }
 
   #brushes(): HTMLElement[] {
-    const group = h('div.segmented', { role: 'radiogroup', 'aria-label': t.motion.labels.brush });
-    [...t.modes, t.motion.labels.wipe].forEach((name, mode) => {
+    const group = h('div.segmented', { role: 'radiogroup', 'aria-label': say.labels.brush });
+    [...t.modes, say.labels.wipe].forEach((name, mode) => {
       const input = h('input', { type: 'radio', name: 'brush', value: mode, checked: mode === 0 });
       input.addEventListener('change', () => {
         this.#mode = mode < t.modes.length ? mode : Number.NaN;
@@ -75,19 +76,19 @@ export class Painter {
   #fills(): HTMLElement[] {
     const fromDecided = (): void => this.#put(labelsOf(this.#decisions(), this.#store.span.value.t1));
     return [
-      h('button', { type: 'button', onclick: fromDecided }, t.motion.labels.fromDecided),
-      h('button', { type: 'button', onclick: () => this.#put(NO_LABELS) }, t.motion.labels.wipeAll),
+      h('button', { type: 'button', onclick: fromDecided }, say.labels.fromDecided),
+      h('button', { type: 'button', onclick: () => this.#put(NO_LABELS) }, say.labels.wipeAll),
     ];
   }
 
   #opener(): HTMLElement[] {
-    const file = h('input', { type: 'file', hidden: true, accept: '.csv,.json', tabindex: '-1', 'aria-label': t.motion.labels.open });
+    const file = h('input', { type: 'file', hidden: true, accept: '.csv,.json', tabindex: '-1', 'aria-label': say.labels.open });
     file.addEventListener('change', () => {
       const [chosen] = file.files ?? [];
       void chosen?.text().then((text) => takeLabels(this.#store, text, chosen.name));
       file.value = '';
     });
-    return [h('button', { type: 'button', onclick: () => file.click() }, t.motion.labels.open), file];
+    return [h('button', { type: 'button', onclick: () => file.click() }, say.labels.open), file];
   }
 
   #toggle(): void {
@@ -137,7 +138,7 @@ export class Painter {
 
   #setStart(time: number | null): void {
     this.#start = time;
-    this.#startButton.textContent = time === null ? t.motion.labels.startHere : t.motion.labels.startAt(formatTime(this.#store.sinceStart(time), 2));
+    this.#startButton.textContent = time === null ? say.labels.startHere : say.labels.startAt(formatTime(this.#store.sinceStart(time), 2));
     this.#paintButton.disabled = time === null;
     if (time === null) this.#showBand(0, 0);
   }
@@ -166,7 +167,7 @@ export class Painter {
 
   #show(): void {
     const count = stretchesOf(this.#store.labels.value, this.#store.span.value.t1).length;
-    this.#count.textContent = t.motion.labels.count(count);
+    this.#count.textContent = say.labels.count(count);
     this.#undo.disabled = this.#past.length === 0;
     for (const button of this.#saves) button.disabled = count === 0;
   }

@@ -2,6 +2,7 @@
 
 import { h } from '../dom';
 import { t } from '../messages';
+import { motion as say } from '../messages/motion';
 import { ModeStrip, type StripRow } from '../plot/mode-strip';
 import { stretches } from '../plot/strip';
 import { TimeArea } from '../plot/time-area';
@@ -20,11 +21,11 @@ const of = (estimator: string, which: 'current' | 'previous' = 'current'): Curve
 
 function lane(): LaneSpec {
   const curves = DETECTORS.flatMap((name): CurveSpec[] => [
-    { id: name, label: t.motion.rest.about[name], source: of(ESTIMATOR), column: name, style: { colour: 'estimate', width: 1.2 }, isOn: true },
+    { id: name, label: say.rest.about[name], source: of(ESTIMATOR), column: name, style: { colour: 'estimate', width: 1.2 }, isOn: true },
     { id: `${name}-threshold`, label: t.curves.threshold, source: of(ESTIMATOR), column: `${name}_threshold`, style: STYLES.threshold, isOn: true },
     { id: `${name}-ghost`, label: t.curves.ghost, source: of(ESTIMATOR, 'previous'), column: `${name}_threshold`, style: STYLES.ghost, isOn: true },
   ]);
-  return { key: 'rest', title: t.motion.rest.statistic, quantity: 'plain', unit: '1', curves, isLog: true, least: 1, weight: 1 };
+  return { key: 'rest', title: say.rest.statistic, quantity: 'plain', unit: '1', curves, isLog: true, least: 1, weight: 1 };
 }
 
 /** What a row of the strip is made of. */
@@ -42,18 +43,18 @@ function row(label: string, source: CurveSpec['source'], column: string, stands:
 const isOne = (value: number): number => value;
 const isRest = (mode: number): number => (Number.isFinite(mode) ? Number(mode === 0) : Number.NaN);
 const ROWS: RestRow[] = [
-  ...DETECTORS.map((name) => row(t.motion.rest.names[name], of(ESTIMATOR), `${name}_stationary`, isOne)),
-  row(t.motion.rest.rules, of('motion_mode'), 'mode', isRest),
+  ...DETECTORS.map((name) => row(say.rest.names[name], of(ESTIMATOR), `${name}_stationary`, isOne)),
+  row(say.rest.rules, of('motion_mode'), 'mode', isRest),
   row(t.curves.truth, 'truth', 'mode', isRest),
 ];
 
 export class RestView extends TimeView {
   #strip: ModeStrip;
-  #host = h('div.strip', { role: 'img', 'aria-label': t.motion.rest.strip });
+  #host = h('div.strip', { role: 'img', 'aria-label': say.rest.strip });
 
   constructor(store: Store, session: Session) {
-    const choose = h('div.segmented', { role: 'radiogroup', 'aria-label': t.motion.rest.choose });
-    super(store, session, { title: t.motion.rest.title, key: '5', id: 'motion-rest', lanes: [lane()], controls: [choose] });
+    const choose = h('div.segmented', { role: 'radiogroup', 'aria-label': say.rest.choose });
+    super(store, session, { title: say.rest.title, key: '5', id: 'motion-rest', lanes: [lane()], controls: [choose] });
     this.body.prepend(h('div.strip-lane', {}, this.#host));
     this.#strip = new ModeStrip(this.#host);
     this.#host.append(new TimeArea(store).element);
@@ -61,7 +62,7 @@ export class RestView extends TimeView {
     for (const name of DETECTORS) {
       const input = h('input', { type: 'radio', name: 'detector', value: name, checked: name === 'glrt' });
       input.addEventListener('change', () => this.#choose(name));
-      choose.append(h('label', { title: t.motion.rest.about[name] }, input, h('span', {}, t.motion.rest.names[name])));
+      choose.append(h('label', { title: say.rest.about[name] }, input, h('span', {}, say.rest.names[name])));
     }
     this.#choose('glrt');
     // The rows of the rules follow the runs of another estimator.

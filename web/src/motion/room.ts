@@ -3,6 +3,7 @@
 import '../style/motion.css';
 import { h } from '../dom';
 import { t } from '../messages';
+import { motion as say } from '../messages/motion';
 import type { Room } from '../rooms';
 import type { Session } from '../session';
 import type { Store } from '../state';
@@ -18,8 +19,8 @@ import { RestView } from './rest';
 export function motionRoom(store: Store, session: Session, history: History<Tuning>): Room {
   const decisions = decisionsSignal(store, session);
   const mode = new MotionModeView(store, session, history, decisions);
-  const title = h('h2', { title: t.views.focus(t.motion.against.title, '2') }, t.motion.against.title);
-  const against = h('section.view', { tabindex: '-1', 'aria-label': t.motion.against.title, 'data-view': 'motion-against', 'data-key': '2' },
+  const title = h('h2', { title: t.views.focus(say.against.title, '2') }, say.against.title);
+  const against = h('section.view', { tabindex: '-1', 'aria-label': say.against.title, 'data-view': 'motion-against', 'data-key': '2' },
     h('header.view-header', {}, title),
     h('div.against-body', {}, new Against(store, session).element, new DecisionTable(store, decisions).element));
   const aids = new AidView(store, session, history);

@@ -1,7 +1,7 @@
 /** The brush: one row for each sensor; what is dragged over a row is a window in which that sensor sees nothing. */
 
 import { h } from '../dom';
-import { t } from '../messages';
+import { navigation as say } from '../messages/navigation';
 import { LEFT, RIGHT } from '../plot/axes';
 import { axis, shareOf, timeAt } from '../plot/axis';
 import { Canvas } from '../plot/strip';
@@ -41,14 +41,14 @@ class BrushPlot extends Canvas {
       context.textAlign = 'right';
       context.textBaseline = 'middle';
       context.globalAlpha = isThere ? 1 : 0.5;
-      context.fillText(t.navigation.rows[sensor], LEFT - 4, top + ROW / 2, LEFT - 4);
+      context.fillText(say.rows[sensor], LEFT - 4, top + ROW / 2, LEFT - 4);
       context.globalAlpha = 1;
       context.fillStyle = palette.value.grid;
       context.fillRect(LEFT, top + 3, right - LEFT, ROW - 6);
       if (!isThere) {
         context.fillStyle = palette.value.muted;
         context.textAlign = 'left';
-        context.fillText(t.navigation.notThere, LEFT + 6, top + ROW / 2);
+        context.fillText(say.notThere, LEFT + 6, top + ROW / 2);
       }
       context.save();
       context.beginPath();
@@ -76,7 +76,7 @@ class BrushPlot extends Canvas {
     context.globalAlpha = 1;
     context.fillRect(from, top + 3, 2, ROW - 6);
     context.fillRect(from + wide - 2, top + 3, 2, ROW - 6);
-    const text = t.navigation.seconds((window.t1 - window.t0).toFixed(window.t1 - window.t0 < 10 ? 1 : 0));
+    const text = say.seconds((window.t1 - window.t0).toFixed(window.t1 - window.t0 < 10 ? 1 : 0));
     if (context.measureText(text).width < wide - 10) {
       context.fillStyle = palette.value.ink;
       context.textAlign = 'center';
@@ -87,7 +87,7 @@ class BrushPlot extends Canvas {
 }
 
 export class Brush {
-  readonly element = h('div.brush', { role: 'img', 'aria-label': t.navigation.brushLabel });
+  readonly element = h('div.brush', { role: 'img', 'aria-label': say.brushLabel });
   /** `isDone` is false while something is being dragged. */
   onChange: (windows: readonly Blind[], isDone: boolean) => void = () => {};
   onChoose: (window: Blind | null) => void = () => {};

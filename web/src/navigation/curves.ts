@@ -1,6 +1,7 @@
 /** The lanes of the room: errors against the truth, states, sensors. */
 
 import { t } from '../messages';
+import { navigation as say } from '../messages/navigation';
 import type { Store } from '../state';
 import { type CurveSpec, type LaneSpec, STYLES, type Which } from '../views/curves';
 
@@ -17,7 +18,7 @@ export function isSmoothed(store: Store): boolean {
   return store.tuning.value.params[BASE]?.['smoother'] === 'rts';
 }
 
-const names = t.navigation.curves;
+const names = say.curves;
 const baseName = (store: Store): string => (isSmoothed(store) ? names.smoothed : names.filter);
 const otherName = (store: Store): string => (isSmoothed(store) ? names.filter : names.smoothed);
 
@@ -51,7 +52,7 @@ const PLACES = ['north', 'east', 'down'] as const;
 const TRUTHS: Record<string, string> = { north: 'n', east: 'e', down: 'd', yaw: 'yaw' };
 
 export function errorLanes(): LaneSpec[] {
-  const places = PLACES.map((key): LaneSpec => ({ key, title: t.navigation.lanes[key], quantity: 'plain', unit: 'm', least: 0.5, weight: 1, settling: SETTLING, curves: family(key, '_errors') }));
+  const places = PLACES.map((key): LaneSpec => ({ key, title: say.lanes[key], quantity: 'plain', unit: 'm', least: 0.5, weight: 1, settling: SETTLING, curves: family(key, '_errors') }));
   return [...places, { key: 'yaw', title: t.lanes.yaw, quantity: 'angle', unit: 'rad', least: 0.01, weight: 1, settling: SETTLING, curves: family('yaw', '_errors') }];
 }
 
@@ -64,7 +65,7 @@ export function stateLanes(): LaneSpec[] {
     key, weight: 1, ...rest, curves: [truth(TRUTHS[key] ?? key), ...family(key, '')],
   });
   return [
-    ...PLACES.map((key) => lane(key, { title: t.navigation.lanes[key], quantity: 'plain', unit: 'm', least: 1 })),
+    ...PLACES.map((key) => lane(key, { title: say.lanes[key], quantity: 'plain', unit: 'm', least: 1 })),
     lane('yaw', { title: t.lanes.yaw, quantity: 'angle', unit: 'rad', least: 0.1, isCircular: true }),
   ];
 }
@@ -100,14 +101,14 @@ export function statisticLane(): LaneSpec {
     const edges = band ? [...(band[0] > FLOOR ? [level('low', names.low, band[0])] : []), level('high', names.high, band[1])] : [moving('low', names.low, -1.96), moving('high', names.high, 1.96)];
     return [...edges, { id: `${name}:nis`, label: names.nis, source: current, column, style: { colour: 'estimate', width: 1.2 }, isOn: true, hold: 1.5 }];
   });
-  return { key: 'nis', title: t.navigation.lanes.nis, quantity: 'plain', unit: '1', isLog: true, floor: FLOOR, least: 1, weight: 1.2, curves };
+  return { key: 'nis', title: say.lanes.nis, quantity: 'plain', unit: '1', isLog: true, floor: FLOOR, least: 1, weight: 1.2, curves };
 }
 
 export function satelliteLane(): LaneSpec {
   const current = { estimator: BASE, which: 'current' } as const;
   const column = (name: string, label: string, style: CurveSpec['style']): CurveSpec => ({ id: name, label, source: current, column: name, style: { ...style, isStep: true }, isOn: true, hold: 2 });
   return {
-    key: 'satellites', title: t.navigation.lanes.satellites, quantity: 'plain', unit: '1', least: 4, weight: 0.9,
+    key: 'satellites', title: say.lanes.satellites, quantity: 'plain', unit: '1', least: 4, weight: 0.9,
     curves: [column('satellites', names.satellites, { colour: 'estimate', width: 1.5 }), column('pdop', names.pdop, { colour: 'second', width: 1.5 })],
   };
 }

@@ -1,7 +1,7 @@
 /** How far a blinded run went off: one row for each window, with its begin and end to be typed. */
 
 import { h, iconButton } from '../dom';
-import { t } from '../messages';
+import { navigation as say } from '../messages/navigation';
 import type { Store } from '../state';
 import { convertDifference, formatFixed, formatSignificant, formatTime, unitLabel } from '../units';
 import type { Blind, Drift, DriftAt } from './door';
@@ -37,17 +37,17 @@ export interface TableActions {
 }
 
 export function driftTable(store: Store, rows: readonly TableRow[], actions: TableActions): HTMLElement {
-  const texts = t.navigation.table;
+  const texts = say.table;
   const display = store.display.value;
   const unit = unitLabel('angle', 'rad', display);
   const head = [texts.sensor, texts.from, texts.to, texts.driven, ...COLUMNS.map((after) => (after === 0 ? texts.end : texts.after(String(after)))), texts.largest, `${texts.yaw} [${unit}]`, ''];
   const body = rows.map(({ window, drift, isKnown }) => {
-    const name = `${t.navigation.rows[window.sensor]} ${formatTime(store.sinceStart(window.t0))}`;
+    const name = `${say.rows[window.sensor]} ${formatTime(store.sinceStart(window.t0))}`;
     const yaw = drift?.at[drift.at.length - 1]?.yaw;
     const isPlace = window.sensor !== 'mag';
     const cells = isPlace ? COLUMNS.map((after) => (drift ? driftText(driftAt(drift, window, after)) : isKnown ? '–' : '…')) : COLUMNS.map(() => '');
     return h('tr', {},
-      h('th', { scope: 'row' }, t.navigation.rows[window.sensor]),
+      h('th', { scope: 'row' }, say.rows[window.sensor]),
       h('td', {}, timeField(store, window, 't0', texts.fromOf(name), actions)),
       h('td', {}, timeField(store, window, 't1', texts.toOf(name), actions)),
       h('td', {}, isPlace && drift ? `${formatFixed(drift.driven, 0)} m` : ''),

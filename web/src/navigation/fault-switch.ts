@@ -16,12 +16,12 @@ export class FaultSwitch {
     this.#store = store;
     this.#session = session;
     const text = h('span');
-    const show = h('button.quiet', { type: 'button', onclick: () => this.#show() }, t.navigation.faults.show);
-    const remove = h('button.quiet', { type: 'button', onclick: () => void this.set([]) }, t.navigation.faults.removeAll);
+    const show = h('button.quiet', { type: 'button', onclick: () => this.#show() }, t.faultSign.show);
+    const remove = h('button.quiet', { type: 'button', onclick: () => void this.set([]) }, t.faultSign.removeAll);
     this.sign = h('div.fault-sign', { role: 'status', hidden: true }, text, show, remove);
     store.faults.on((faults) => {
       this.sign.hidden = faults.length === 0;
-      text.textContent = t.navigation.faults.sign(faults.length);
+      text.textContent = t.faultSign.text(faults.length);
     });
     store.report.on((report, before) => {
       const faults = store.faults.value;

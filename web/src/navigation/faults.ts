@@ -2,6 +2,7 @@
 
 import { h, iconButton } from '../dom';
 import { t } from '../messages';
+import { navigation as say } from '../messages/navigation';
 import { LEFT, RIGHT } from '../plot/axes';
 import { shareOf } from '../plot/axis';
 import { Canvas } from '../plot/strip';
@@ -48,24 +49,24 @@ export class FaultView {
   readonly element: HTMLElement;
   readonly #store: Store;
   readonly #faults: FaultSwitch;
-  readonly #host = h('div.strip', { role: 'img', 'aria-label': t.navigation.faults.stripLabel });
+  readonly #host = h('div.strip', { role: 'img', 'aria-label': say.faults.stripLabel });
   readonly #strip: FaultStrip;
   readonly #list = h('div.fault-list');
-  readonly #removeAll = h('button.quiet', { type: 'button' }, t.navigation.faults.removeAll);
-  readonly #kind = h('select', { 'aria-label': t.navigation.faults.kind });
-  readonly #signal = h('select', { 'aria-label': t.navigation.faults.signal });
+  readonly #removeAll = h('button.quiet', { type: 'button' }, say.faults.removeAll);
+  readonly #kind = h('select', { 'aria-label': say.faults.kind });
+  readonly #signal = h('select', { 'aria-label': say.faults.signal });
   readonly #amount = h('input.number', { type: 'number', step: 'any', required: true });
   readonly #unit = h('span');
-  readonly #satellites = h('input.number', { type: 'number', min: 1, max: 12, step: 1, value: 2, 'aria-label': t.navigation.faults.satellites });
-  readonly #satelliteLabel = h('label', {}, t.navigation.faults.satellites, this.#satellites);
-  readonly #from = h('input.time-field', { type: 'text', inputmode: 'decimal', 'aria-label': t.navigation.faults.from });
-  readonly #to = h('input.time-field', { type: 'text', inputmode: 'decimal', 'aria-label': t.navigation.faults.to });
+  readonly #satellites = h('input.number', { type: 'number', min: 1, max: 12, step: 1, value: 2, 'aria-label': say.faults.satellites });
+  readonly #satelliteLabel = h('label', {}, say.faults.satellites, this.#satellites);
+  readonly #from = h('input.time-field', { type: 'text', inputmode: 'decimal', 'aria-label': say.faults.from });
+  readonly #to = h('input.time-field', { type: 'text', inputmode: 'decimal', 'aria-label': say.faults.to });
   #isTyped = false;
 
   constructor(store: Store, faults: FaultSwitch) {
     this.#store = store;
     this.#faults = faults;
-    const texts = t.navigation.faults;
+    const texts = say.faults;
     this.#kind.append(...KINDS.map((kind) => h('option', { value: kind }, texts.kinds[kind] ?? kind)));
     this.#removeAll.addEventListener('click', () => void faults.set([]));
     this.#strip = new FaultStrip(this.#host);
@@ -91,7 +92,7 @@ export class FaultView {
   }
 
   #form(): HTMLElement {
-    const texts = t.navigation.faults;
+    const texts = say.faults;
     const form = h('form.fault-form', {},
       this.#kind, this.#signal, this.#amount, this.#unit, this.#satelliteLabel,
       h('span', {}, texts.from), this.#from, h('span', {}, texts.to), this.#to,
@@ -118,7 +119,7 @@ export class FaultView {
     if (this.#kind.selectedOptions[0]?.disabled) this.#kind.value = 'bias';
     const chosen = this.#signal.value;
     const signals = signalsFor(this.#chosen, this.#channels());
-    this.#signal.replaceChildren(...signals.map((s) => h('option', { value: s, selected: s === chosen }, t.navigation.faults.channels[s] ?? s)));
+    this.#signal.replaceChildren(...signals.map((s) => h('option', { value: s, selected: s === chosen }, say.faults.channels[s] ?? s)));
     this.#signal.hidden = signals.length === 0;
     this.#satelliteLabel.hidden = this.#chosen !== 'multipath';
     this.#offerAmount();
@@ -130,8 +131,8 @@ export class FaultView {
     const unit = signalUnit(kind, signal);
     const { factor, label } = paramUnit(unit, this.#store.display.value);
     this.#amount.hidden = kind === 'freeze';
-    this.#unit.textContent = kind === 'freeze' ? '' : kind === 'noise' ? t.navigation.faults.times : label;
-    this.#amount.setAttribute('aria-label', t.navigation.faults.amount(t.navigation.faults.kinds[kind] ?? kind, this.#unit.textContent));
+    this.#unit.textContent = kind === 'freeze' ? '' : kind === 'noise' ? say.faults.times : label;
+    this.#amount.setAttribute('aria-label', say.faults.amount(say.faults.kinds[kind] ?? kind, this.#unit.textContent));
     this.#amount.value = String(Number((usualAmount(kind, signal) * (kind === 'noise' ? 1 : factor)).toPrecision(2)));
   }
 
@@ -147,7 +148,7 @@ export class FaultView {
     const start = store.span.value.t0;
     const [from, to] = [start + parseTime(this.#from.value), start + parseTime(this.#to.value)];
     if (!(to > from)) {
-      this.#from.setCustomValidity(t.navigation.add.badTimes);
+      this.#from.setCustomValidity(say.add.badTimes);
       this.#from.reportValidity();
       this.#from.setCustomValidity('');
       return;
@@ -164,7 +165,7 @@ export class FaultView {
   #show(): void {
     const store = this.#store;
     const faults = store.faults.value;
-    const texts = t.navigation.faults;
+    const texts = say.faults;
     this.#strip.faults = faults;
     this.#host.style.height = `${faults.length * ROW}px`;
     this.#host.hidden = faults.length === 0;
@@ -177,7 +178,7 @@ export class FaultView {
   }
 
   #words(fault: Fault): string {
-    const texts = t.navigation.faults;
+    const texts = say.faults;
     const kind = texts.kinds[fault.kind] ?? fault.kind;
     const signal = 'signal' in fault ? ` ${texts.channels[fault.signal] ?? fault.signal}` : '';
     const unit = signalUnit(fault.kind, 'signal' in fault ? fault.signal : '');

@@ -1,7 +1,7 @@
 /** A further run of an estimator, as it is tuned but for something, kept up to date while the room is entered. */
 
 import type { ParamValue } from '../door';
-import { t } from '../messages';
+import { navigation as say } from '../messages/navigation';
 import type { Session } from '../session';
 import type { Store } from '../state';
 import { Cancelled, type Pending, type RunReply } from '../worker/rpc';
@@ -110,7 +110,7 @@ export class FurtherRun {
           store.patchRun(this.name, { reply: { ...reply, previous: null, change: null }, running: null, error: null });
         }
       } catch (reason) {
-        const error = reason instanceof Cancelled ? null : t.navigation.failed(reason instanceof Error ? reason.message : String(reason));
+        const error = reason instanceof Cancelled ? null : say.failed(reason instanceof Error ? reason.message : String(reason));
         if (isWanted()) store.patchRun(this.name, { running: null, error });
       }
       this.#pending = null;

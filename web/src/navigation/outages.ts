@@ -2,6 +2,7 @@
 
 import { h, iconButton } from '../dom';
 import { t } from '../messages';
+import { navigation as say } from '../messages/navigation';
 import type { Session } from '../session';
 import { isRunnable, type Span, type Store } from '../state';
 import { History } from '../tuning';
@@ -36,9 +37,9 @@ export class OutageView {
   #gaps: readonly Span[] = [];
   readonly #table = h('div.drift-table');
   readonly #note = h('p.note');
-  readonly #undo = iconButton('undo', t.navigation.undo, () => this.#step('undo'));
-  readonly #redo = iconButton('redo', t.navigation.redo, () => this.#step('redo'));
-  readonly #clear = h('button.quiet', { type: 'button' }, t.navigation.clear);
+  readonly #undo = iconButton('undo', say.undo, () => this.#step('undo'));
+  readonly #redo = iconButton('redo', say.redo, () => this.#step('redo'));
+  readonly #clear = h('button.quiet', { type: 'button' }, say.clear);
   readonly #status = h('span.run-status', { role: 'status' });
   #release: (() => void) | null = null;
   readonly #measure: () => void;
@@ -53,9 +54,9 @@ export class OutageView {
     };
     this.#sweep = new SweepPanel(store, session, (sensor) => this.#isThere(sensor), (window) => this.#apply([...this.#windows, window]));
     this.#clear.addEventListener('click', () => this.#apply([]));
-    const title = t.navigation.outages;
+    const title = say.outages;
     const header = h('header.view-header', {}, h('h2', { title: t.views.focus(title, '2') }, title), this.#status, h('span.spacer'), this.#undo, this.#redo, this.#clear);
-    const intro = h('p.note.brush-note', {}, t.navigation.brushNote);
+    const intro = h('p.note.brush-note', {}, say.brushNote);
     const body = h('div.outage-body', {}, this.#addForm(), this.#table, this.#note, this.#sweep.element);
     this.element = h('section.view', { tabindex: '-1', 'aria-label': title, 'data-view': 'navigation-outages', 'data-key': '2' }, header, this.#brush.element, intro, body);
     this.#measure = latest(() => this.#loadDrifts());
@@ -163,13 +164,13 @@ export class OutageView {
     const runs = Object.values(this.#runs).map((run) => store.run(run.name).value);
     const running = runs.find((run) => run.running);
     const error = runs.find((run) => run.error)?.error ?? '';
-    this.#status.textContent = running ? t.navigation.blinding(Math.round(100 * (running.running?.fraction ?? 0))) : error;
+    this.#status.textContent = running ? say.blinding(Math.round(100 * (running.running?.fraction ?? 0))) : error;
   }
 
   #showTable(): void {
     const isEmpty = this.#windows.length === 0;
     const hasTruth = this.#store.report.value?.truth.includes('n') ?? false;
-    this.#note.textContent = isEmpty ? '' : hasTruth ? t.navigation.table.note : t.navigation.table.noTruth;
+    this.#note.textContent = isEmpty ? '' : hasTruth ? say.table.note : say.table.noTruth;
     if (isEmpty) {
       this.#table.replaceChildren();
       return;
@@ -203,8 +204,8 @@ export class OutageView {
   /** Windows by keyboard and for exact times. */
   #addForm(): HTMLElement {
     const store = this.#store;
-    const texts = t.navigation.add;
-    const sensor = h('select', { 'aria-label': texts.sensor }, ...SENSORS.map((s) => h('option', { value: s }, t.navigation.rows[s])));
+    const texts = say.add;
+    const sensor = h('select', { 'aria-label': texts.sensor }, ...SENSORS.map((s) => h('option', { value: s }, say.rows[s])));
     const field = (label: string): HTMLInputElement => h('input.time-field', { type: 'text', inputmode: 'decimal', 'aria-label': label });
     const [from, to] = [field(texts.from), field(texts.to)];
     const propose = (): void => {
@@ -227,7 +228,7 @@ export class OutageView {
       const start = store.span.value.t0;
       const [t0, t1] = [start + parseTime(from.value), start + parseTime(to.value)];
       const chosen = sensor.value as Sensor;
-      const problem = !(t1 > t0) ? texts.badTimes : !this.#isThere(chosen) ? texts.notThere(t.navigation.rows[chosen]) : '';
+      const problem = !(t1 > t0) ? texts.badTimes : !this.#isThere(chosen) ? texts.notThere(say.rows[chosen]) : '';
       from.setCustomValidity(problem);
       if (problem !== '') {
         from.reportValidity();

@@ -2,7 +2,7 @@
 
 import '../style/navigation.css';
 import { h } from '../dom';
-import { t } from '../messages';
+import { navigation as say } from '../messages/navigation';
 import { outagesOf } from '../plot/map';
 import type { Room } from '../rooms';
 import type { Session } from '../session';
@@ -23,7 +23,7 @@ export function navigationRoom(store: Store, session: Session, faults: FaultSwit
   const errors = new ErrorViews(store, session, () => {
     const note = h('span.run-status', { role: 'status' });
     store.run(smoothed.name).watch(({ running, error }) => {
-      note.textContent = running ? t.navigation.smoothing(Math.round(100 * (running.fraction ?? 0))) : (error ?? '');
+      note.textContent = running ? say.smoothing(Math.round(100 * (running.fraction ?? 0))) : (error ?? '');
     });
     return note;
   });

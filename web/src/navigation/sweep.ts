@@ -2,6 +2,7 @@
 
 import { h } from '../dom';
 import { t } from '../messages';
+import { navigation as say } from '../messages/navigation';
 import { LEFT, rangeOf, RIGHT, TIME_STEPS, VALUE_STEPS, valueLabels } from '../plot/axes';
 import { axis, shareOf, timeAt } from '../plot/axis';
 import { Canvas } from '../plot/strip';
@@ -104,10 +105,10 @@ export class SweepPanel {
   readonly #session: Session;
   readonly #isThere: (sensor: Sensor) => boolean;
   readonly #blind: (window: Blind) => void;
-  readonly #sensor = h('select', { 'aria-label': t.navigation.sweep.sensor });
-  readonly #length = number('60', 5, 600, t.navigation.sweep.length);
-  readonly #step = number('20', 1, 600, t.navigation.sweep.step);
-  readonly #button = h('button', { type: 'button' }, t.navigation.sweep.go);
+  readonly #sensor = h('select', { 'aria-label': say.sweep.sensor });
+  readonly #length = number('60', 5, 600, say.sweep.length);
+  readonly #step = number('20', 1, 600, say.sweep.step);
+  readonly #button = h('button', { type: 'button' }, say.sweep.go);
   readonly #bar = h('progress', { max: 1, 'aria-label': t.work.progress, hidden: true });
   readonly #result = h('div.sweep-result');
   readonly #host = h('div.sweep-plot', { role: 'img', hidden: true });
@@ -121,7 +122,7 @@ export class SweepPanel {
     this.#session = session;
     this.#isThere = isThere;
     this.#blind = blind;
-    const texts = t.navigation.sweep;
+    const texts = say.sweep;
     const unit = (): HTMLElement => h('span', {}, t.units.seconds);
     const form = h('div.sweep-form', {}, h('h3', {}, texts.title), this.#sensor, h('label', {}, texts.lengthShort, this.#length), unit(), h('label', {}, texts.stepShort, this.#step), unit(), this.#button, this.#bar);
     this.#sensor.addEventListener('change', () => this.refresh());
@@ -141,7 +142,7 @@ export class SweepPanel {
   refresh(): void {
     const sensors = SENSORS.filter((s) => this.#isThere(s));
     const chosen = this.#sensor.value;
-    this.#sensor.replaceChildren(...sensors.map((s) => h('option', { value: s, selected: s === chosen }, t.navigation.rows[s])));
+    this.#sensor.replaceChildren(...sensors.map((s) => h('option', { value: s, selected: s === chosen }, say.rows[s])));
     this.#button.disabled = sensors.length === 0 || (this.#sensor.value !== 'mag' && this.#store.run(BASE).value.reply === null);
   }
 
@@ -173,7 +174,7 @@ export class SweepPanel {
     try {
       this.#show(sensor, length, await pending.answer);
     } catch (reason) {
-      const text = reason instanceof Cancelled ? t.navigation.sweep.stopped : reason instanceof Error ? reason.message : String(reason);
+      const text = reason instanceof Cancelled ? say.sweep.stopped : reason instanceof Error ? reason.message : String(reason);
       this.#result.replaceChildren(h('p.note', { role: 'status' }, text));
     } finally {
       this.#pending = null;
@@ -183,11 +184,11 @@ export class SweepPanel {
 
   #working(isWorking: boolean): void {
     this.#bar.hidden = !isWorking;
-    this.#button.textContent = isWorking ? t.navigation.sweep.stop : t.navigation.sweep.go;
+    this.#button.textContent = isWorking ? say.sweep.stop : say.sweep.go;
   }
 
   #show(sensor: Sensor, length: number, { drifts, distribution }: Swept): void {
-    const texts = t.navigation.sweep;
+    const texts = say.sweep;
     if (drifts.length === 0) {
       this.#result.replaceChildren(h('p.note', { role: 'status' }, texts.none));
       return;
@@ -199,10 +200,10 @@ export class SweepPanel {
     const place = (m: number, share: number | undefined): HTMLElement => h('td', {}, `${formatFixed(m, 2)} m`, Number.isFinite(share) ? h('small', {}, ` ${formatSignificant(100 * (share as number), 2)} %`) : null);
     const rows = distribution.map((d) => {
       const cells = isCompass ? d.yaw.map((yaw) => h('td', {}, `${formatFixed(angle(yaw), 2)} ${unit}`)) : d.distance.map((m, i) => place(m, d.share[i]));
-      return h('tr', {}, h('th', { scope: 'row' }, t.navigation.table.after(formatFixed(d.after, 0))), ...cells);
+      return h('tr', {}, h('th', { scope: 'row' }, say.table.after(formatFixed(d.after, 0))), ...cells);
     });
     const head = ['', texts.median, texts.p95, texts.largest].map((text) => (text === '' ? h('td') : h('th', { scope: 'col' }, text)));
-    const caption = (isCompass ? texts.captionYaw : texts.caption)(t.navigation.rows[sensor], drifts.length, length);
+    const caption = (isCompass ? texts.captionYaw : texts.caption)(say.rows[sensor], drifts.length, length);
     const table = h('table.numbers', {}, h('caption', {}, caption), h('thead', {}, h('tr', {}, ...head)), h('tbody', {}, ...rows));
     const worst = worstOf(drifts, isCompass ? yawOf : distanceOf);
     const show = worst && h('button.quiet', { type: 'button', onclick: () => this.#blind({ sensor, t0: worst.window[0], t1: worst.window[1] }) }, texts.worst(formatTime(this.#store.sinceStart(worst.window[0]), 0)));

@@ -2,6 +2,7 @@
 
 import { h } from '../dom';
 import { t } from '../messages';
+import { navigation as say } from '../messages/navigation';
 import type { Session } from '../session';
 import type { Store } from '../state';
 import { type LaneSpec, sourceOf, STYLES } from '../views/curves';
@@ -27,7 +28,7 @@ export class ErrorViews {
 
   constructor(store: Store, session: Session, note: (where: Shown) => HTMLElement) {
     this.#store = store;
-    const texts = t.navigation;
+    const texts = say;
     this.views = {
       errors: new TimeView(store, session, { title: texts.errors, key: '1', id: 'navigation-errors', lanes: errorLanes(), quiet: QUIET, controls: [this.#choice('errors'), note('errors')] }),
       states: new TimeView(store, session, { title: texts.states, key: '1', id: 'navigation-states', lanes: stateLanes(), quiet: QUIET, controls: [this.#choice('states'), note('states')] }),
@@ -51,7 +52,7 @@ export class ErrorViews {
     };
     const inputs = { errors: input('errors'), states: input('states') };
     this.#inputs.push(inputs);
-    return h('div.segmented', { role: 'radiogroup', 'aria-label': t.navigation.choose }, h('label', {}, inputs.errors, h('span', {}, t.navigation.errorsShort)), h('label', {}, inputs.states, h('span', {}, t.navigation.statesShort)));
+    return h('div.segmented', { role: 'radiogroup', 'aria-label': say.choose }, h('label', {}, inputs.errors, h('span', {}, say.errorsShort)), h('label', {}, inputs.states, h('span', {}, say.statesShort)));
   }
 
   #show(shown: Shown): void {
@@ -72,7 +73,7 @@ export class ErrorViews {
 function slowLanes(): LaneSpec[] {
   const of = (which: 'current' | 'previous'): { estimator: string; which: 'current' | 'previous' } => ({ estimator: BASE, which });
   return SLOW.map(([column, unit]) => ({
-    key: column, title: t.navigation.slow[column] ?? column, quantity: unit === 'rad/s' ? 'rate' : 'plain', unit, hasTimeAxis: true, least: unit === '1' ? 0.01 : unit === 'rad/s' ? 2e-4 : 0.02, weight: 1,
+    key: column, title: say.slow[column] ?? column, quantity: unit === 'rad/s' ? 'rate' : 'plain', unit, hasTimeAxis: true, least: unit === '1' ? 0.01 : unit === 'rad/s' ? 2e-4 : 0.02, weight: 1,
     curves: [
       { id: 'truth', label: t.curves.truth, source: 'truth', column, style: STYLES.truth, isOn: true },
       { id: 'now', label: t.curves.estimate, source: of('current'), column, sigma: `${column}_sigma`, style: STYLES.estimate, isOn: true },
@@ -84,16 +85,16 @@ function slowLanes(): LaneSpec[] {
 /** Innovations of each sensor, refusals, satellites, and a slowly changing state of one's choice. */
 export class MeasurementView extends TimeView {
   readonly #strip: VerdictStrip;
-  readonly #host = h('div.strip', { role: 'img', 'aria-label': t.navigation.verdictLabel });
+  readonly #host = h('div.strip', { role: 'img', 'aria-label': say.verdictLabel });
   readonly #count = h('span.now');
-  readonly #select = h('select.lane-select', { 'aria-label': t.navigation.chooseMeasurement });
+  readonly #select = h('select.lane-select', { 'aria-label': say.chooseMeasurement });
   #chosen: Measurement = 'position';
 
   constructor(store: Store, session: Session) {
     const lanes = [statisticLane(), satelliteLane(), ...slowLanes()];
-    super(store, session, { title: t.navigation.measurements, key: '3', id: 'navigation-measurements', lanes });
+    super(store, session, { title: say.measurements, key: '3', id: 'navigation-measurements', lanes });
     const key = (kind: string, label: string): HTMLElement => h('span.mode-key', {}, h('span.verdict-swatch', { 'data-kind': kind }), label);
-    const legend = h('div.legend', {}, h('h3.lane-title', {}, t.navigation.verdicts), key('used', t.navigation.used), key('refused', t.navigation.refused), this.#count);
+    const legend = h('div.legend', {}, h('h3.lane-title', {}, say.verdicts), key('used', say.used), key('refused', say.refused), this.#count);
     this.body.prepend(h('div.strip-lane', {}, legend, this.#host));
     this.#strip = new VerdictStrip(this.#host);
     this.#host.append(new TimeArea(store).element);
@@ -118,7 +119,7 @@ export class MeasurementView extends TimeView {
 
   #fill(): void {
     const present = this.#present();
-    this.#select.replaceChildren(...present.map(([name]) => h('option', { value: name, selected: name === this.#chosen }, t.navigation.sensors[name] ?? name)));
+    this.#select.replaceChildren(...present.map(([name]) => h('option', { value: name, selected: name === this.#chosen }, say.sensors[name] ?? name)));
     if (!present.some(([name]) => name === this.#chosen)) this.#choose(present[0]?.[0] ?? 'position');
     this.#host.style.height = `${present.length * 14}px`;
   }
@@ -144,7 +145,7 @@ export class MeasurementView extends TimeView {
       this.changed();
     };
     for (const lane of slow) {
-      const select = h('select.lane-select', { 'aria-label': t.navigation.chooseSlow }, ...SLOW.map(([column]) => h('option', { value: column }, t.navigation.slow[column] ?? column)));
+      const select = h('select.lane-select', { 'aria-label': say.chooseSlow }, ...SLOW.map(([column]) => h('option', { value: column }, say.slow[column] ?? column)));
       select.addEventListener('change', () => apply(select.value, true));
       lane.element.querySelector('.lane-title')?.replaceWith(select);
       selects.push(select);
@@ -164,13 +165,13 @@ export class MeasurementView extends TimeView {
   protected override takeExtra(times: Float64Array, columns: Float64Array[]): void {
     const rows = this.#present().map(([name], i) => {
       const values = columns[i] ?? new Float64Array();
-      return { label: t.navigation.sensors[name] ?? name, stretches: verdicts(times, values) };
+      return { label: say.sensors[name] ?? name, stretches: verdicts(times, values) };
     });
     this.#strip.setRows(rows);
   }
 
   protected override extraColumns(): TableColumn[] {
     const source = this.#source();
-    return source === null ? [] : this.#present().map(([name]) => ({ source, column: `${name}_accepted`, label: t.navigation.acceptedColumn(t.navigation.sensors[name] ?? name), quantity: 'plain', unit: '1' }));
+    return source === null ? [] : this.#present().map(([name]) => ({ source, column: `${name}_accepted`, label: say.acceptedColumn(say.sensors[name] ?? name), quantity: 'plain', unit: '1' }));
   }
 }

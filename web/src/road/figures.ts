@@ -1,7 +1,7 @@
 /** The figures of the paper's table 3 for what is shown: standard deviation, least and greatest of three accelerations. */
 
 import { h } from '../dom';
-import { t } from '../messages';
+import { road as say } from '../messages/road';
 import type { Session } from '../session';
 import { isRunnable, type Store } from '../state';
 import { formatFixed, formatTime } from '../units';
@@ -35,7 +35,7 @@ export class AccelerationFigures {
       this.#isWhole = whole.checked;
       this.refresh();
     });
-    const f = t.road.figures;
+    const f = say.figures;
     const head = [f.deviation, f.min, f.max].map((name) => h('th', { scope: 'col' }, name));
     const table = h('table', {}, this.#caption, h('thead', {}, h('tr', {}, h('th', { scope: 'col' }, f.unit), ...head)), this.#body);
     this.element.append(table, h('label.whole', {}, whole, f.whole));
@@ -55,7 +55,7 @@ export class AccelerationFigures {
     const { t0, t1 } = this.#isWhole ? store.span.value : store.window.value;
     const spreads = await this.#session.rpc.call('spread', { items: ROWS.map(({ source, column }) => ({ source, column })), t0, t1 });
     const isWhole = t0 <= store.span.value.t0 && t1 >= store.span.value.t1;
-    const { caption, names, paperTitle } = t.road.figures;
+    const { caption, names, paperTitle } = say.figures;
     this.#caption.textContent = caption(isWhole ? null : [formatTime(store.sinceStart(t0)), formatTime(store.sinceStart(t1))]);
     const row = (name: string, values: readonly (number | undefined)[], title?: string): HTMLElement =>
       h('tr', title === undefined ? {} : { title, class: 'paper' }, h('th', { scope: 'row' }, name), ...values.map((value) => h('td', {}, formatFixed(value, 3))));

@@ -1,7 +1,7 @@
 /** Lamps: which quantities the measurements can tell, along the drive and at the cursor, and why not. */
 
 import { h } from '../dom';
-import { t } from '../messages';
+import { road as say } from '../messages/road';
 import { LEFT, RIGHT } from '../plot/axes';
 import { shareOf } from '../plot/axis';
 import { Canvas, type Stretch, stretches } from '../plot/strip';
@@ -40,7 +40,7 @@ class LampStrip extends Canvas {
       context.fillStyle = palette.value.muted;
       context.textAlign = 'right';
       context.textBaseline = 'middle';
-      context.fillText(t.road.lamps.short[LAMPS[index] ?? 'slope'], LEFT - 5, top + 4, LEFT - 7);
+      context.fillText(say.lamps.short[LAMPS[index] ?? 'slope'], LEFT - 5, top + 4, LEFT - 7);
       for (const stretch of row) {
         const [from, to] = [x(stretch.t0), x(stretch.t1)];
         if (to <= from) continue;
@@ -56,9 +56,9 @@ export class LampLane {
   readonly element: HTMLElement;
   #store: Store;
   #session: Session;
-  #host = h('div.strip', { role: 'img', 'aria-label': t.road.lamps.label });
+  #host = h('div.strip', { role: 'img', 'aria-label': say.lamps.label });
   #strip: LampStrip;
-  #bulbs = LAMPS.map((name) => h('li.known', {}, h('span.bulb', { 'aria-hidden': 'true' }), t.road.lamps.names[name], h('span.visually-hidden')));
+  #bulbs = LAMPS.map((name) => h('li.known', {}, h('span.bulb', { 'aria-hidden': 'true' }), say.lamps.names[name], h('span.visually-hidden')));
   #why = h('p.lamp-why');
   #reasons: string[] = [];
   readonly #read = latest(() => this.#load());
@@ -71,7 +71,7 @@ export class LampLane {
   constructor(store: Store, session: Session) {
     this.#store = store;
     this.#session = session;
-    const legend = h('div.legend', {}, h('h3.lane-title', {}, t.road.lamps.title), h('ul.knowns', {}, ...this.#bulbs));
+    const legend = h('div.legend', {}, h('h3.lane-title', {}, say.lamps.title), h('ul.knowns', {}, ...this.#bulbs));
     this.element = h('div.strip-lane.lamp-lane', { hidden: true }, legend, this.#host, this.#why);
     this.#host.style.height = `${LAMPS.length * ROW + 3}px`;
     this.#strip = new LampStrip(this.#host);
@@ -111,7 +111,7 @@ export class LampLane {
   }
 
   tableColumns(): TableColumn[] {
-    const { names, column } = t.road.lamps;
+    const { names, column } = say.lamps;
     return this.element.hidden ? [] : LAMPS.map((name) => ({ source: SOURCE, column: name, label: column(names[name]), quantity: 'plain', unit: '1' }));
   }
 
@@ -124,9 +124,9 @@ export class LampLane {
       bulb.dataset['state'] = state === 0 ? 'lit' : state > 0 ? 'out' : 'unknown';
       bulb.title = this.#reasons[state - 1] ?? '';
       const said = bulb.lastElementChild;
-      if (said) said.textContent = state > 0 ? t.road.lamps.isOut : '';
+      if (said) said.textContent = state > 0 ? say.lamps.isOut : '';
     });
-    const names = LAMPS.map((name) => t.road.lamps.names[name]);
-    this.#why.textContent = outages(names, states, this.#reasons).map(([quantities, reason]) => t.road.lamps.why(quantities.join(', '), reason)).join(' ');
+    const names = LAMPS.map((name) => say.lamps.names[name]);
+    this.#why.textContent = outages(names, states, this.#reasons).map(([quantities, reason]) => say.lamps.why(quantities.join(', '), reason)).join(' ');
   }
 }

@@ -2,7 +2,7 @@
 
 import { h } from '../dom';
 import type { ParamValue } from '../door';
-import { t } from '../messages';
+import { road as say } from '../messages/road';
 import type { Session } from '../session';
 import type { Store } from '../state';
 import { type History, type Tuning, withParam } from '../tuning';
@@ -23,7 +23,7 @@ export interface Correction {
 
 /** The corrections that a drive offers, in the order in which they are worth applying. */
 export function corrections({ latency, is_late, offset, is_offset, has_height }: Offers): Correction[] {
-  const { offers } = t.road;
+  const { offers } = say;
   const out: Correction[] = [];
   if (latency && is_late) {
     const value = Math.min(0.3, Math.round(latency.delay * 1000) / 1000);
@@ -42,7 +42,7 @@ export function corrections({ latency, is_late, offset, is_offset, has_height }:
 
 /** What was looked for and needs no correction. */
 function inOrder({ latency, is_late, offset, is_offset }: Offers): string[] {
-  const { offers } = t.road;
+  const { offers } = say;
   const ms = (seconds: number): string => formatFixed(1000 * seconds, 0);
   const out = [];
   if (!latency) out.push(offers.noLatency);
@@ -71,7 +71,7 @@ export class OfferPanel {
     this.#store = store;
     this.#session = session;
     this.#history = history;
-    this.#all = h('button', { type: 'button', onclick: () => this.#apply(this.#open()) }, t.road.offers.all);
+    this.#all = h('button', { type: 'button', onclick: () => this.#apply(this.#open()) }, say.offers.all);
     this.#details = h('details.offers', { hidden: true }, h('summary', {}, this.#summary), this.#list, h('div.offers-foot', {}, this.#fine, this.#all));
     this.element = h('div.road-sensors', {}, this.#score, this.#details);
     const load = latest(() => this.#load());
@@ -129,7 +129,7 @@ export class OfferPanel {
     this.#details.hidden = !offers || !reply;
     if (!offers || !reply) return;
     const open = this.#open();
-    const texts = t.road.offers;
+    const texts = say.offers;
     this.#summary.textContent = texts.title(open.length);
     this.#list.replaceChildren(
       ...corrections(offers).map((correction) => {

@@ -2,6 +2,7 @@
 
 import { h } from '../dom';
 import { t } from '../messages';
+import { road as say } from '../messages/road';
 import type { Axis } from '../plot/axis';
 import type { Store } from '../state';
 import { convert, convertDifference, formatDistance, formatFixed, unitLabel } from '../units';
@@ -15,7 +16,7 @@ export async function profileTable(store: Store, rpc: RpcClient, axis: Axis): Pr
   const [from, to] = [axis.place(store.window.value.t0), axis.place(store.window.value.t1)];
   const places = Array.from({ length: ROWS }, (_, i) => from + ((i + 0.5) / ROWS) * (to - from));
   const flat = await rpc.call('values', { items: COLUMNS.map((column) => ({ source: 'road:profile', column })), times: places });
-  const { columns, caption } = t.road.profile;
+  const { columns, caption } = say.profile;
   const units = [unitLabel('grade', 'rad', display), unitLabel('grade', 'rad', display), 'm', 'm', ''];
   const head = COLUMNS.map((name, i) => h('th', { scope: 'col' }, columns[name], units[i] ? ` [${units[i]}]` : ''));
   const cell = (index: number, value: number): string => {

@@ -2,6 +2,7 @@
 
 import { h, icon, onResize, save } from '../dom';
 import { t } from '../messages';
+import { road as say } from '../messages/road';
 import { LEFT, RIGHT } from '../plot/axes';
 import { type Axis, distanceAxis, timeAxis } from '../plot/axis';
 import { band, withGaps } from '../plot/gaps';
@@ -44,7 +45,7 @@ export class ProfileView {
   #axis = new Signal<Axis>(timeAxis(0));
   #lanes: ProfileLane[] = [];
   #body = h('div.view-body');
-  #table = h('div.table-panel', { hidden: true, tabindex: '0', role: 'region', 'aria-label': t.views.tableOf(t.road.profile.title) });
+  #table = h('div.table-panel', { hidden: true, tabindex: '0', role: 'region', 'aria-label': t.views.tableOf(say.profile.title) });
   #note = h('p.profile-note', { 'aria-live': 'polite' });
   #keep: HTMLButtonElement;
   #forget: HTMLButtonElement;
@@ -57,7 +58,7 @@ export class ProfileView {
   constructor(store: Store, session: Session) {
     this.#store = store;
     this.#session = session;
-    const p = t.road.profile;
+    const p = say.profile;
     const button = (label: string, title: string, action: () => Promise<void>): HTMLButtonElement =>
       h('button', { type: 'button', title, onclick: () => void action().catch((reason: unknown) => this.#tell(reason)) }, label);
     this.#keep = button(p.keep, p.keepTitle, () => this.#change('keep'));
@@ -87,7 +88,7 @@ export class ProfileView {
     const { column, hasTruth } = LANES[index] as (typeof LANES)[number];
     const unit = h('span.lane-unit');
     const key = (colour: string, label: string): HTMLElement => h('span.road-key', {}, h('span.swatch', { 'data-colour': colour }), label);
-    const legend = h('div.legend', {}, h('h3.lane-title', {}, t.road.profile.lanes[column]), unit, key('estimate', t.road.profile.merged), ...(hasTruth ? [key('truth', t.curves.truth)] : []));
+    const legend = h('div.legend', {}, h('h3.lane-title', {}, say.profile.lanes[column]), unit, key('estimate', say.profile.merged), ...(hasTruth ? [key('truth', t.curves.truth)] : []));
     const host = h('div.plot', { role: 'img' });
     const isLast = index === LANES.length - 1;
     this.#body.append(h(`div.lane${isLast ? '.with-time-axis' : ''}`, {}, legend, host));
@@ -104,7 +105,7 @@ export class ProfileView {
   #tableButton(): HTMLButtonElement {
     const button = h('button.icon-button', { type: 'button', 'aria-expanded': 'false' }, icon('table'));
     const name = (): void => {
-      const label = `${t.road.profile.title}: ${this.#table.hidden ? t.views.showTable : t.views.hideTable}`;
+      const label = `${say.profile.title}: ${this.#table.hidden ? t.views.showTable : t.views.hideTable}`;
       button.title = label;
       button.setAttribute('aria-label', label);
       button.setAttribute('aria-expanded', String(!this.#table.hidden));
@@ -167,7 +168,7 @@ export class ProfileView {
   }
 
   #say({ kept, laps, passes, length, refusal }: ProfileReport): void {
-    const p = t.road.profile;
+    const p = say.profile;
     const isPartial = this.#store.report.value?.is_partial === true;
     const own = passName(this.#store);
     this.#keep.disabled = refusal !== null || isPartial || kept.some(([name]) => name === own);
@@ -210,7 +211,7 @@ export class ProfileView {
       const isShown = line.length > 0;
       const true_ = isTruthShown && truth.length > 0 ? withGaps(truth, shown) : [];
       lane.unit.textContent = unitLabel(quantity, unit, display);
-      lane.host.setAttribute('aria-label', t.road.profile.plotLabel(t.road.profile.lanes[column], unitLabel(quantity, unit, display)));
+      lane.host.setAttribute('aria-label', say.profile.plotLabel(say.profile.lanes[column], unitLabel(quantity, unit, display)));
       lane.plot.setData(since, [
         { line: true_, isShown: true_.length > 0, isBandShown: false },
         { line, low: withGaps(edges.low, shown), high: withGaps(edges.high, shown), isShown, isBandShown: isShown },

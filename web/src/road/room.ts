@@ -3,6 +3,7 @@
 import '../style/road.css';
 import { h } from '../dom';
 import { t } from '../messages';
+import { road as say } from '../messages/road';
 import type { Room } from '../rooms';
 import type { Session } from '../session';
 import type { Store } from '../state';
@@ -34,7 +35,7 @@ function truth(column: string, label: string = t.curves.truth): CurveSpec {
 }
 
 function slopeLanes(): LaneSpec[] {
-  const { lanes, curves } = t.road;
+  const { lanes, curves } = say;
   return [
     {
       key: 'angles', title: lanes.angles, quantity: 'grade', unit: 'rad', least: 0.02, weight: 1.6,
@@ -52,7 +53,7 @@ function slopeLanes(): LaneSpec[] {
 }
 
 function accelerationLanes(): LaneSpec[] {
-  const { lanes, curves } = t.road;
+  const { lanes, curves } = say;
   const measured: CurveSpec = { id: 'measured', label: curves.measured, source: 'drive', column: 'accel_x', style: STYLES.raw, isOn: true };
   return [
     {
@@ -63,7 +64,7 @@ function accelerationLanes(): LaneSpec[] {
 }
 
 function forceLanes(): LaneSpec[] {
-  const { lanes, curves } = t.road;
+  const { lanes, curves } = say;
   return [
     {
       key: 'longitudinal', title: lanes.longitudinal, quantity: 'plain', unit: 'N', least: 500, weight: 1,
@@ -81,7 +82,7 @@ class SlopeView extends TimeView {
   #lamps: LampLane;
 
   constructor(store: Store, session: Session, offers: HTMLElement) {
-    super(store, session, { title: t.road.slope, key: '1', id: 'road-slope', lanes: slopeLanes() });
+    super(store, session, { title: say.slope, key: '1', id: 'road-slope', lanes: slopeLanes() });
     this.#lamps = new LampLane(store, session);
     this.#lamps.onLit = this.refresh;
     this.element.insertBefore(offers, this.body);
@@ -102,11 +103,11 @@ class SlopeView extends TimeView {
 }
 
 export function roadRoom(store: Store, session: Session, history: History<Tuning>): Room {
-  const acceleration = new TimeView(store, session, { title: t.road.acceleration, key: '2', id: 'road-acceleration', lanes: accelerationLanes() });
+  const acceleration = new TimeView(store, session, { title: say.acceleration, key: '2', id: 'road-acceleration', lanes: accelerationLanes() });
   const figures = new AccelerationFigures(store, session);
   acceleration.body.append(figures.element);
-  const forces = new TimeView(store, session, { title: t.road.forces, key: '3', id: 'road-forces', lanes: forceLanes() });
-  forces.body.append(h('p.lane-note', {}, t.road.effective));
+  const forces = new TimeView(store, session, { title: say.forces, key: '3', id: 'road-forces', lanes: forceLanes() });
+  forces.body.append(h('p.lane-note', {}, say.effective));
   const views = [new SlopeView(store, session, new OfferPanel(store, session, history).element), acceleration, forces];
   const profile = new ProfileView(store, session);
   for (const view of views) view.changed();

@@ -1,8 +1,10 @@
 /** The built-in drives: a dialog of small pictures to choose from, with the seed of all noise. */
 
+import '../style/drives.css';
 import { h, iconButton } from '../dom';
 import type { Catalogue } from '../door';
 import { t } from '../messages';
+import { drives as say } from '../messages/drives';
 import type { Session } from '../session';
 import type { Store } from '../state';
 import { convert, formatTime } from '../units';
@@ -88,28 +90,25 @@ const MAX_SEED = 999_999_999_999_999;
 
 export class DriveDialog {
   readonly element: HTMLDialogElement;
-  readonly button: HTMLButtonElement;
   #store: Store;
   #session: Session;
   #open: (name: string, seed: number | null) => void;
   #cards = new Map<string, { card: HTMLButtonElement; entry: Entry; facts: HTMLElement; sketch: Sketch | null }>();
   #list = h('ul.drive-list');
-  #none = h('p.note', { hidden: true, role: 'status' }, t.drives.none);
-  #search = h('input.filter', { type: 'search', placeholder: t.drives.search, 'aria-label': t.drives.search });
-  #seed = h('input.number', { type: 'number', min: 0, max: MAX_SEED, step: 1, placeholder: t.drives.ownSeed, 'aria-label': t.drives.seed, 'aria-describedby': 'seed-note' });
+  #none = h('p.note', { hidden: true, role: 'status' }, say.none);
+  #search = h('input.filter', { type: 'search', placeholder: say.search, 'aria-label': say.search });
+  #seed = h('input.number', { type: 'number', min: 0, max: MAX_SEED, step: 1, placeholder: t.drives.ownSeed, 'aria-label': say.seed, 'aria-describedby': 'seed-note' });
   #isDrawn = false;
 
   constructor(store: Store, session: Session, open: (name: string, seed: number | null) => void) {
     this.#store = store;
     this.#session = session;
     this.#open = open;
-    const label = h('span.drive-label', {}, '…');
-    this.button = h('button.drive-chooser', { type: 'button', 'aria-haspopup': 'dialog', title: t.drives.title, onclick: () => this.show() }, label, h('span.caret', { 'aria-hidden': 'true' }));
     const random = h('button', { type: 'button', onclick: () => {
       this.#seed.value = String(Math.floor(Math.random() * 1_000_000));
       this.#checkSeed();
-    } }, t.drives.random);
-    const seed = h('form.seed', {}, h('label', {}, t.drives.seed, ' ', this.#seed), random, h('span.note', { id: 'seed-note' }, t.drives.seedNote));
+    } }, say.random);
+    const seed = h('form.seed', {}, h('label', {}, say.seed, ' ', this.#seed), random, h('span.note', { id: 'seed-note' }, say.seedNote));
     seed.addEventListener('submit', (event) => {
       event.preventDefault();
       const name = store.builtIn.value?.name;
@@ -118,30 +117,18 @@ export class DriveDialog {
     this.element = h(
       'dialog.drives',
       { 'aria-label': t.drives.title },
-      h('header', {}, h('h2', {}, t.drives.title), this.#search, iconButton('close', t.help.close, () => this.element.close())),
+      h('header', {}, h('h2', {}, t.drives.title), this.#search, iconButton('close', t.close, () => this.element.close())),
       seed,
       this.#none,
       this.#list,
-      h('p.note', {}, t.drives.compose),
+      h('p.note', {}, say.compose),
     );
     this.element.addEventListener('click', (event) => event.target === this.element && this.element.close());
     this.#search.addEventListener('input', () => this.#filter());
     this.#seed.addEventListener('input', () => this.#checkSeed());
     this.element.addEventListener('keydown', (event) => this.#key(event));
-    const name = (): void => {
-      const { value: report } = store.report;
-      const { value: builtIn } = store.builtIn;
-      const entry = store.catalogue.value?.drives.find((d) => d.name === builtIn?.name);
-      const title = report?.kind === 'file' ? t.header.chosenFile(report.name) : (entry?.title ?? report?.name ?? '…');
-      label.textContent = builtIn?.seed == null ? title : t.drives.withSeed(title, String(builtIn.seed));
-      this.button.dataset['drive'] = builtIn?.name ?? '';
-      this.button.setAttribute('aria-label', `${t.header.drive}: ${label.textContent}`);
-      for (const [key, { card }] of this.#cards) card.setAttribute('aria-current', String(key === builtIn?.name));
-    };
-    store.catalogue.on((catalogue) => this.#fill(catalogue?.drives ?? []));
-    store.catalogue.on(name);
-    store.report.on(name);
-    store.builtIn.on(name);
+    store.catalogue.watch((catalogue) => this.#fill(catalogue?.drives ?? []));
+    store.builtIn.watch(() => this.#mark());
     store.display.on(() => this.#cards.forEach((_, key) => this.#fact(key)));
   }
 
@@ -166,6 +153,12 @@ export class DriveDialog {
       return h('li', {}, card);
     });
     this.#list.replaceChildren(...items);
+    this.#mark();
+  }
+
+  /** Mark the drive that is open. */
+  #mark(): void {
+    for (const [name, { card }] of this.#cards) card.setAttribute('aria-current', String(name === this.#store.builtIn.value?.name));
   }
 
   /** Draw the pictures, once; each appears as it comes. */
@@ -186,7 +179,7 @@ export class DriveDialog {
     const top = Math.max(...card.sketch.speed.map((p) => p[1]), 0);
     const { length } = card.sketch;
     const way = length < 1000 ? `${length.toFixed(0)} m` : `${(length / 1000).toFixed(1)} km`;
-    card.facts.textContent = t.drives.facts(formatTime(card.entry.duration, 0), way, `${convert('speed', top, display).toFixed(0)} ${display.speed}`);
+    card.facts.textContent = say.facts(formatTime(card.entry.duration, 0), way, `${convert('speed', top, display).toFixed(0)} ${display.speed}`);
   }
 
   #shown(): HTMLButtonElement[] {

@@ -1,6 +1,6 @@
 /** The bar at the top: which drive, opening a log, saving results, how things are displayed. */
 
-import { h, iconButton, save } from '../dom';
+import { h, save } from '../dom';
 import { t } from '../messages';
 import type { DriveReport } from '../door';
 import type { Session } from '../session';
@@ -18,6 +18,8 @@ export interface HeaderActions {
 }
 
 let nextId = 0;
+/** Pages narrower than this, px, have menus that begin at the left. */
+const PHONE = 560;
 
 /** A button with a panel that opens under it and closes by Escape or a click elsewhere; one of a given `width`, px, opens to the right. */
 export function menu(label: string, content: HTMLElement, width?: number): HTMLElement {
@@ -29,8 +31,10 @@ export function menu(label: string, content: HTMLElement, width?: number): HTMLE
   content.addEventListener('beforetoggle', () => {
     const box = button.getBoundingClientRect();
     content.style.top = `${box.bottom + 4}px`;
-    if (width !== undefined) content.style.left = `max(8px, min(${box.left}px, 100vw - ${width + 8}px))`;
-    else content.style.right = `${Math.max(8, document.documentElement.clientWidth - box.right)}px`;
+    const { clientWidth } = document.documentElement;
+    if (clientWidth < PHONE) content.style.inset = `${box.bottom + 4}px auto auto 8px`;
+    else if (width !== undefined) content.style.left = `max(8px, min(${box.left}px, 100vw - ${width + 8}px))`;
+    else content.style.right = `${Math.max(8, clientWidth - box.right)}px`;
   });
   return h('div.menu-holder', {}, button, content);
 }
@@ -122,7 +126,7 @@ export function header(store: Store, session: Session, actions: HeaderActions, c
   const open = h('button.primary', { type: 'button', onclick: () => input.click() }, t.header.openFile);
   const report = h('button', { type: 'button', onclick: actions.showReport }, t.header.report);
   const papers = h('button', { type: 'button', 'aria-haspopup': 'dialog', onclick: actions.showPapers }, t.header.papers);
-  const loops = h('button', { type: 'button', 'aria-haspopup': 'dialog', title: t.loops.hint, onclick: actions.showLoops }, t.loops.button);
+  const loops = h('button', { type: 'button', 'aria-haspopup': 'dialog', title: t.header.loopsHint, onclick: actions.showLoops }, t.header.loops);
   const help = h('button.icon-button', { type: 'button', title: t.header.help, 'aria-label': t.header.help, onclick: actions.showHelp }, h('span', { 'aria-hidden': 'true' }, '?'));
   const element = h(
     'header.bar',
@@ -155,22 +159,4 @@ export function followAddress(store: Store, changed: (hash: string) => void): vo
   store.over.on(write);
   store.builtIn.on(write);
   addEventListener('hashchange', () => changed(location.hash));
-}
-
-/** The keyboard page. */
-export function helpDialog(store: Store): HTMLDialogElement {
-  const rows = t.help.keys.map(([keys, what]) => h('tr', {}, h('th', { scope: 'row' }, h('kbd', {}, keys)), h('td', {}, what)));
-  const version = h('p.note');
-  store.catalogue.watch((catalogue) => {
-    version.textContent = catalogue ? t.help.version(catalogue.version) : '';
-  });
-  const dialog = h('dialog.help', { 'aria-label': t.help.title });
-  dialog.append(
-    h('header', {}, h('h2', {}, t.help.title), iconButton('close', t.help.close, () => dialog.close())),
-    h('div.help-body', {}, h('table', {}, h('tbody', {}, ...rows)), h('h3', {}, t.help.mouse), h('p', {}, t.help.mouseText), h('p', {}, t.help.privacy), version),
-  );
-  dialog.addEventListener('click', (event) => {
-    if (event.target === dialog) dialog.close();
-  });
-  return dialog;
 }

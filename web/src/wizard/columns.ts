@@ -53,7 +53,7 @@ export class ColumnsDialog {
     this.element = h(
       'dialog.columns',
       { 'aria-label': say.title },
-      h('header', {}, h('h2', {}, say.title), iconButton('close', t.help.close, () => this.element.close())),
+      h('header', {}, h('h2', {}, say.title), iconButton('close', t.close, () => this.element.close())),
       h('div.columns-body', {},
         h('p.note', {}, say.intro),
         this.#examine,

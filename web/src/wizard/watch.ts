@@ -11,8 +11,6 @@ import { type Issue, issuesOf } from './issues';
 import { guesses } from './mapping';
 import { columnsOf, recognise, saved, type Shelved } from './shelf';
 
-/** A log of more bytes is examined when someone asks for it: it is read once more for that. */
-const UNASKED = 24e6;
 /** So many issues are told beside the log; the table has all. */
 const TOLD = 4;
 
@@ -87,9 +85,12 @@ export class Watch {
     try {
       const examined = await pending.answer;
       if (this.#pending !== pending) return;
-      this.weak = (await this.tryOut(examined[0].mapping).catch(() => null))?.clashes ?? [];
-      if (this.#pending !== pending) return;
+      // Asked before anything else is tried, hence answered before.
+      const proposed = this.tryOut(examined[0].mapping).catch(() => null);
+      this.weak = [];
       this.examined.value = examined;
+      this.weak = (await proposed)?.clashes ?? [];
+      if (this.#pending !== pending) return;
       await this.#weigh();
     } catch (reason) {
       const sentence = reason instanceof Unloaded ? say.unloaded : reason instanceof Error ? reason.message : String(reason);
@@ -158,9 +159,9 @@ export class Watch {
       return;
     }
     this.#tell();
-    const bytes = request?.files.reduce((sum, file) => sum + file.size, 0) ?? 0;
     if (this.examined.value) void this.#weigh().catch(() => undefined);
-    else if (request && bytes <= UNASKED) void this.examine();
+    // A log that was not examined while it was opened is when someone asks for it: it is read once more for that.
+    else if (request && report?.import?.is_examined) void this.examine();
   }
 
   /** Read a log that was recognised as it was read before. */

@@ -1,4 +1,4 @@
-/** Examining a log by physics: the files are read once more, when nothing else is to be done. */
+/** What physics found about the open log: kept from its opening, or found by reading the files once more when nothing else is to be done. */
 
 import type { Progress } from '../door';
 import type { Examined, Trial } from '../wizard/door';
@@ -8,15 +8,34 @@ import type { Operations } from './rpc';
 /** The name of the work in the queue; opening a drive ends it. */
 export const EXAMINING = 'examine';
 
-/** The log that was examined last, thinned; mappings are tried on it. */
-let thin: Thinned | null = null;
+type Files = Operations['examine']['takes'];
 
-/** What a mapping makes of the log that was examined last. */
+/** What was found about the open log, and its columns, thinned, on which mappings are tried. */
+let kept: { files: string; examined: Examined; thin: Thinned } | null = null;
+
+/** Files and what is read of them, so that they are known again: every message has copies of its own. */
+function named({ files, keep }: Pick<Files, 'files' | 'keep'>): string {
+  return JSON.stringify([files.map((f) => [f.name, f.size, f.lastModified]), keep]);
+}
+
+/** Keep what was found about files that were opened; where their columns were not examined, what was found before stays if it is of the same files. */
+export function keep(files: Pick<Files, 'files' | 'keep'> | null, found: [...Examined, Thinned] | null): void {
+  const name = files ? named(files) : '';
+  if (found) kept = { files: name, examined: [found[0], found[1], found[2]], thin: found[3] };
+  else if (kept?.files !== name) kept = null;
+}
+
+/** What was found about files; null where they have to be read for that. */
+export function examined(files: Files): Examined | null {
+  return kept?.files === named(files) ? kept.examined : null;
+}
+
+/** What a mapping makes of the open log. */
 export async function tryOut(mapping: string): Promise<[Trial, Transferable[]]> {
   const loaded = await readers();
-  if (!thin) throw new Error('nothing was examined');
-  const [clashes, series] = loaded.tryOut(thin, mapping);
-  return [{ clashes, start: thin[0], series }, series.map((s) => s.buffer)];
+  if (!kept) throw new Error('nothing was examined');
+  const [clashes, series] = loaded.tryOut(kept.thin, mapping);
+  return [{ clashes, start: kept.thin[0], series }, series.map((s) => s.buffer)];
 }
 
 export class Examining {
@@ -25,11 +44,11 @@ export class Examining {
   readonly id: number;
   waits = true;
   begun = false;
-  #args: Operations['examine']['takes'];
+  #args: Files;
   #reader: FileReaders | null = null;
   #budget: number;
 
-  constructor(id: number, args: Operations['examine']['takes'], budget: number) {
+  constructor(id: number, args: Files, budget: number) {
     this.id = id;
     this.#args = args;
     this.#budget = budget;
@@ -55,9 +74,10 @@ export class Examining {
   }
 
   finish(): Examined {
-    const [found, pictures, choices, thinned] = this.#there().examination();
-    thin = thinned;
-    return [found, pictures, choices];
+    keep(this.#args, this.#there().examination());
+    const found = examined(this.#args);
+    if (!found) throw new Error('nothing was examined');
+    return found;
   }
 
   #there(): FileReaders {

@@ -45,6 +45,8 @@ export class FileReaders implements Maker {
   #memory: number;
   #reader: ReaderDoor | null = null;
   #names = '';
+  /** What was found about the log that was read last. */
+  #examined: [...Examined, Thinned] | null = null;
 
   /** `memory` is what columns may take, bytes. */
   constructor(module: ReaderModule, shelf: Shelf, memory: number) {
@@ -54,31 +56,34 @@ export class FileReaders implements Maker {
   }
 
   begin(files: File[], mapping: string | undefined, keep: Keep = {}): void {
-    this.cancel();
-    this.#names = files.map((f) => f.name).join(', ');
-    this.#guarded(() => {
-      const taken = this.#shelf.take(files, mapping, (file) => this.#module.role(file));
-      this.#reader = this.#module.reader();
-      this.#reader.begin(taken.files, taken.mapping, JSON.stringify({ ...keep, memory: this.#memory }));
-    });
+    this.#start(files, mapping, (reader, taken) => reader.begin(taken.files, taken.mapping, this.#kept(keep)));
   }
 
   /** Read files in order to examine them; `mapping` is remembered as that of a bus log. */
   beginExamination(files: File[], mapping: string | undefined, keep: Keep = {}): void {
+    this.#start(files, mapping, (reader, taken) => reader.begin_examination(taken.files, this.#kept(keep)));
+  }
+
+  #kept(keep: Keep): string {
+    return JSON.stringify({ ...keep, memory: this.#memory });
+  }
+
+  #start(files: File[], mapping: string | undefined, begin: (reader: ReaderDoor, taken: ReturnType<Shelf['take']>) => void): void {
     this.cancel();
+    this.#examined = null;
     this.#names = files.map((f) => f.name).join(', ');
     this.#guarded(() => {
       const taken = this.#shelf.take(files, mapping, (file) => this.#module.role(file));
       this.#reader = this.#module.reader();
-      this.#reader.begin_examination(taken.files, JSON.stringify({ ...keep, memory: this.#memory }));
+      begin(this.#reader, taken);
     });
   }
 
-  /** What was examined; the reader's memory is given back. */
-  examination(): [...Examined, Thinned] {
-    const found = this.#guarded(() => this.#there().examination());
-    this.cancel();
-    if (!found) throw new Error('nothing was examined');
+  /** What was found about the log that was read last, null where that was not asked; it is no longer held here, and the reader's memory is given back. */
+  examination(): [...Examined, Thinned] | null {
+    this.#end();
+    const found = this.#examined;
+    this.#examined = null;
     return found;
   }
 
@@ -97,8 +102,14 @@ export class FileReaders implements Maker {
 
   next_part(): DrivePart | undefined {
     const part = this.#guarded(() => this.#there().next_part());
-    if (!part) this.cancel();
+    if (!part) this.#end();
     return part;
+  }
+
+  /** Keep what was found, give the rest back. */
+  #end(): void {
+    this.#examined = (this.#reader && this.#guarded(() => this.#there().examination())) ?? this.#examined;
+    this.cancel();
   }
 
   cancel(): void {

@@ -6,7 +6,7 @@ import type { Blind } from '../navigation/door';
 import { loadDoctor, Surgery } from './doctor';
 import { type DrivesDoor, loadDrives } from './drives';
 import { Making } from './making';
-import { EXAMINING, Examining, tryOut } from './examining';
+import { EXAMINING, Examining, examined, keep, tryOut } from './examining';
 import { type FileReaders, readers } from './readers';
 import { type FromWorker, type Operations, type Request, TooLarge, type ToWorker } from './rpc';
 
@@ -125,6 +125,7 @@ function simulationJob(door: Door, drives: DrivesDoor, id: number, args: Simulat
     cancel: () => making.cancel(),
     finish: () => {
       endRuns();
+      keep(null, null);
       if (!drives.is_partial()) return door.report();
       resumable = args;
       return { ...door.report(), is_partial: true };
@@ -158,6 +159,7 @@ function filesJob(door: Door, drives: DrivesDoor, id: number, args: Dropped): Jo
     cancel: () => making?.cancel(),
     finish: () => {
       endRuns();
+      keep(args, reader?.examination() ?? null);
       return door.report();
     },
   };
@@ -353,7 +355,12 @@ self.onmessage = async (event: MessageEvent<ToWorker>) => {
     if (isDead) return;
     if (message.op === 'open') enqueue(openJob(door, drives, message as Request<'open'>));
     else if (message.op === 'run') enqueue(runJob(door, message as Request<'run'>));
-    else if (message.op === 'examine') enqueue(examineJob(message as Request<'examine'>));
+    else if (message.op === 'examine') {
+      const request = message as Request<'examine'>;
+      const known = examined(request.args);
+      if (known) post({ id: request.id, ok: true, value: known });
+      else enqueue(examineJob(request));
+    }
     else if (message.op === 'sweep') enqueue(sweepJob(door, message as Request<'sweep'>));
     else {
       const answer = answers[message.op] as (door: Door, args: unknown, drives: DrivesDoor) => Answer<unknown> | Promise<Answer<unknown>>;

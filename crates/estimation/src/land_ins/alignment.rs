@@ -19,6 +19,8 @@ const MOVING_START_SPEED: f64 = 1.0;
 const MOVING_TILT_SIGMA: f64 = 0.087;
 /// Sigma of a heading from an uncalibrated magnetometer, rad.
 const MAGNETIC_SIGMA: f64 = 0.2;
+/// Part of a course's sigma that more courses do not take away: sideslip and mounting, 1 deg in rad.
+pub const COURSE_FLOOR: f64 = 0.017453;
 /// Distance of the satellites' mean position from the origin, in its sigmas, from which the origin is not the start.
 const FAR: f64 = 5.0;
 
@@ -197,7 +199,7 @@ pub fn moving_start(fix: Option<&Fix>, speed: Option<f64>, tuning: &Tuning) -> O
 
 /// Sigma of the course of a satellite velocity, rad: what its noise makes of it, and 1 deg.
 pub fn course_sigma(velocity: &Vector3<f64>, tuning: &Tuning) -> f64 {
-    tuning.params.gnss_velocity_sigma / velocity.xy().norm() + 1f64.to_radians()
+    tuning.params.gnss_velocity_sigma / velocity.xy().norm() + COURSE_FLOOR
 }
 
 /// Whether a rotation is one: no NaN has entered it.

@@ -48,6 +48,8 @@ const GNSS_AGE: f64 = 2.0;
 const SHORTEST_REST: f64 = 1.0;
 /// How far into the log the heading is looked for before the first row, s.
 const LOOK_AHEAD: f64 = 120.0;
+/// For how long after the first course further ones better the heading, s.
+const COURSES_FOR: f64 = 15.0;
 
 const NO_HEADING: &str =
     "Nothing gives the heading (no `initial_yaw`, magnetometer or satellite course): it starts at zero.";
@@ -96,7 +98,11 @@ impl Estimator for LandIns {
             why: "its course gives the heading, unless `initial_yaw` does",
         },
         Need { signal: Signal::Mag, required: false, why: "gives a heading at the start, where satellites do not" },
-        Need { signal: Signal::GnssPosition, required: false, why: "with `gnss`, holds the position" },
+        Need {
+            signal: Signal::GnssPosition,
+            required: false,
+            why: "with `gnss`, holds the position; without wheels, fixes that stay tell rest",
+        },
     ];
     const VEHICLE: &'static str = "saloon";
     type Params = LandInsParams;
@@ -191,16 +197,22 @@ impl LandIns {
         let mut cursor = EpochCursor::default();
         let mut found: Option<Scouted> = None;
         let begin = drive.span()?.0;
+        let mut turned_at = None;
         while let Some(epoch) = cursor.next(drive).filter(|e| e.time - begin < LOOK_AHEAD) {
             scout.step(&epoch).ok()?;
-            let Phase::Running(running) = &scout.phase else { continue };
+            let Phase::Running(running) = &mut scout.phase else { continue };
+            running.is_scout = true;
             let found = found.get_or_insert_with(|| Scouted {
                 time: epoch.time,
                 start: Start { filter: running.filter.clone(), heading: running.heading },
                 turned: None,
             });
             found.turned = running.turned();
-            if found.turned.is_some() || running.heading == Heading::Known || !has_course {
+            let is_done = match found.turned {
+                Some(_) => epoch.time - *turned_at.get_or_insert(epoch.time) > COURSES_FOR,
+                None => running.heading == Heading::Known || !has_course,
+            };
+            if is_done {
                 break;
             }
         }

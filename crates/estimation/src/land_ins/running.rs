@@ -2,10 +2,11 @@
 //!
 //! Source: SPEC motion 2. Within a row: predict, aids of the motion mode every 0.1 s, satellites.
 
+use drivescope_drive::frames::wrap_angle;
 use nalgebra::Vector3;
 
 use super::aids::{self, Fix};
-use super::alignment::{Heading, Start, course_sigma, is_rotation};
+use super::alignment::{COURSE_FLOOR, Heading, Start, course_sigma, is_rotation};
 use super::estimate::Verdicts;
 use super::filter::{Filter, Row, Verdict};
 use super::tuning::Tuning;
@@ -65,6 +66,8 @@ pub struct Running {
     refusals: usize,
     fix_refusals: usize,
     turned: Option<(f64, f64)>,
+    /// Whether it runs ahead to find the heading: its own state is not turned, and later courses better the angle.
+    pub is_scout: bool,
     good: Filter,
 }
 
@@ -81,10 +84,11 @@ impl Running {
             refusals: 0,
             fix_refusals: 0,
             turned: None,
+            is_scout: false,
         }
     }
 
-    /// By how much the state was turned when the heading was found, and the sigma of that, rad.
+    /// By how much the state is to be turned, by all courses since the heading was found, and the sigma of that, rad.
     pub fn turned(&self) -> Option<(f64, f64)> {
         self.turned
     }
@@ -114,7 +118,7 @@ impl Running {
         }
         if let Some((fix, age)) = &inputs.fix {
             outcome.found_heading = self.find_heading(fix, tuning);
-            if tuning.params.gnss && self.heading != Heading::Unknown {
+            if tuning.params.gnss && self.heading != Heading::Unknown && !self.is_scout {
                 outcome.gnss = self.aid_by_satellites(fix, *age, tuning);
             }
         }
@@ -177,7 +181,10 @@ impl Running {
     /// Own velocity against the satellites' gives the angle, so that a car which reverses is not turned round; where the own
     /// velocity is too small to have a direction, as a slow robot's, the forward axis takes its place.
     fn find_heading(&mut self, fix: &Fix, tuning: &Tuning) -> bool {
-        if self.heading == Heading::Known {
+        if self.turned.is_some() {
+            self.refine_heading(fix, tuning);
+        }
+        if self.turned.is_some() || self.heading == Heading::Known {
             return false;
         }
         let own = self.filter.velocity.xy();
@@ -191,10 +198,28 @@ impl Running {
         }
         let angle = course.y.atan2(course.x) - direction.y.atan2(direction.x);
         let sigma = course_sigma(&course, tuning);
-        self.filter.turn(angle, sigma);
         self.turned = Some((angle, sigma));
+        if self.is_scout {
+            return false;
+        }
+        self.filter.turn(angle, sigma);
         self.heading = Heading::Known;
         true
+    }
+
+    /// Let a later course, of a faster car, better the angle of the turn by its weight.
+    fn refine_heading(&mut self, fix: &Fix, tuning: &Tuning) {
+        let own = self.filter.velocity.xy();
+        let (Some((angle, sigma)), Some(course)) = (&mut self.turned, fix.velocity.map(|v| v.xy())) else { return };
+        if !self.is_scout || own.norm().min(course.norm()) < ALIGNING_SPEED {
+            return;
+        }
+        let left = wrap_angle(course.y.atan2(course.x) - own.y.atan2(own.x) - *angle);
+        // What all courses share stays.
+        let (before, one) = (*sigma - COURSE_FLOOR, tuning.params.gnss_velocity_sigma / course.norm());
+        let share = before * before / (before * before + one * one);
+        *angle += share * left;
+        *sigma = COURSE_FLOOR + before * (1.0 - share).sqrt();
     }
 
     /// Keep a sound state, or put the last sound one back.

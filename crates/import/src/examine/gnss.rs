@@ -22,6 +22,8 @@ pub(crate) const SPEEDS: [(&str, f64); 7] = [
 pub(super) const FASTEST: f64 = 90.0;
 /// Slower, a course says nothing, m/s.
 pub(crate) const MOVING: f64 = 2.0;
+/// Harder no car brakes, m/s^2: a receiver that finds itself jumps to where it is.
+const HARDEST: f64 = 12.0;
 const MOST_FIXES: usize = 4000;
 
 /// The car's motion over ground at a few instants.
@@ -81,10 +83,11 @@ impl Motion {
                 _ => f64::NAN,
             };
             let still = a.max(b) < 0.3;
-            if step < 2.5 && a.is_finite() && b.is_finite() {
+            let accel = (b - a) / step;
+            if step < 2.5 && accel.abs() < HARDEST {
                 let (from, to) = (self.time[from] - late, self.time[to] - late);
                 let turn = if still { 0.0 } else { turn };
-                out.push(Interval { from, to, turn, speed: 0.5 * (a + b), accel: (b - a) / step });
+                out.push(Interval { from, to, turn, speed: 0.5 * (a + b), accel });
             }
             from = to;
         }

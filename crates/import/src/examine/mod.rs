@@ -138,6 +138,11 @@ pub struct DelayFound {
 /// [`ImportError::NoTime`] and [`ImportError::TooFewTimes`] without a clock, [`ImportError::NoSignals`] if neither names
 /// nor physics explain a column.
 pub fn examine(table: &Table) -> Result<Examination, ImportError> {
+    examine_thinned(table).map(|(found, _)| found)
+}
+
+/// The same, with the columns thinned as they were looked at.
+pub(crate) fn examine_thinned(table: &Table) -> Result<(Examination, Thinned), ImportError> {
     let mut findings = Vec::new();
     let mut found = clock::find(table, &mut findings)?;
     found.source.skip_steps_back = clock::oddities(table, &found.source, &mut findings);
@@ -174,8 +179,9 @@ pub fn examine(table: &Table) -> Result<Examination, ImportError> {
     if let Some(p) = &by_name {
         fill(&mut s, p);
     }
-    let view = Finished { s, names, believed, by_name, clock: found };
-    view.finish()
+    let mut finished = Finished { s, names, believed, by_name, clock: found };
+    let examination = finished.finish()?;
+    Ok((examination, Thinned::new(table, &time, finished.s.scene)))
 }
 
 /// Whether physics finds much less than the names promise.
@@ -243,7 +249,7 @@ struct Finished<'t> {
 }
 
 impl Finished<'_> {
-    fn finish(mut self) -> Result<Examination, ImportError> {
+    fn finish(&mut self) -> Result<Examination, ImportError> {
         let s = &mut self.s;
         if s.roles.iter().flatten().all(|r| r.signal.is_empty()) {
             let (place, found) = (s.table.header_place(), s.table.columns_found());

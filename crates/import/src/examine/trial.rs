@@ -12,9 +12,9 @@ use super::lean_rows;
 use super::run::shifted;
 use super::scene::{Field, STEP, Scene, slope};
 use super::survey::canonical_unit;
-use crate::clock::{median, times};
+use crate::clock::median;
 use crate::error::ImportError;
-use crate::mapping::{Mapping, TimeSource};
+use crate::mapping::Mapping;
 use crate::names::signal;
 use crate::table::Table;
 use crate::units;
@@ -38,17 +38,11 @@ pub struct Thinned {
 }
 
 impl Thinned {
-    /// Thin a table over its clock; text and truth are left out.
-    ///
-    /// # Errors
-    /// Those of the clock: [`ImportError::NoTime`], [`ImportError::TooFewTimes`] and [`ImportError::TimeBackwards`].
-    pub fn new(table: &Table, clock: &TimeSource) -> Result<Self, ImportError> {
-        let time = times(table, clock)?;
-        let skip = |i: usize| table.columns[i].name == clock.column || table.columns[i].name.starts_with("truth_");
-        let scene = Scene::new(table, &time, &skip);
+    /// What a scene holds of a table with these times.
+    pub(crate) fn new(table: &Table, time: &[f64], scene: Scene) -> Self {
         let start = time.iter().copied().find(|t| t.is_finite()).unwrap_or(0.0) + 0.5 * STEP;
         let names = table.columns.iter().map(|c| c.name.clone()).collect();
-        Ok(Self { names, start, columns: scene.fields.into_iter().map(|f| f.grid).collect() })
+        Self { names, start, columns: scene.fields.into_iter().map(|f| f.grid).collect() }
     }
 
     fn bins(&self) -> usize {
@@ -322,7 +316,7 @@ pub fn try_out(thin: &Thinned, mapping: &Mapping) -> Result<Trial, ImportError> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mapping::SignalSource;
+    use crate::mapping::{SignalSource, TimeSource};
 
     const BINS: usize = 1200;
 

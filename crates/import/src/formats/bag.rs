@@ -1,14 +1,12 @@
 //! ROS 1 bags (version 2.0): connections and messages in chunks, stored, or packed by bzip2 or LZ4.
 
-use std::collections::{BTreeSet, HashMap};
-
 use super::carry::{Carry, le};
 use super::ros::{Plan, Wire};
 use super::topics::{Layout, Topic};
 use super::{Context, Reader, bzip2, lz4};
 use crate::error::{ImportError, excerpt, form};
 use crate::opening::Gathered;
-use crate::order::sort_by;
+use crate::register::{Named, Numbered};
 
 const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 /// A record longer than this, bytes, is refused.
@@ -19,8 +17,8 @@ pub(crate) struct Bag {
     context: Context,
     carry: Carry,
     begun: bool,
-    topics: HashMap<u32, Option<Topic>>,
-    other: BTreeSet<String>,
+    topics: Numbered<Option<Topic>>,
+    other: Named<()>,
     messages: usize,
 }
 
@@ -45,8 +43,8 @@ impl Bag {
             context,
             carry: Carry::default(),
             begun: false,
-            topics: HashMap::new(),
-            other: BTreeSet::new(),
+            topics: Numbered::default(),
+            other: Named::default(),
             messages: 0,
         }
     }
@@ -64,7 +62,7 @@ impl Bag {
                 Ok(())
             }
             Some(2) => {
-                let id = field(header, "conn").map_or(u32::MAX, |v| le(v, 0, 4) as u32);
+                let id = field(header, "conn").map_or(u64::MAX, |v| le(v, 0, 4));
                 let time = field(header, "time").unwrap_or_default();
                 let time = le(time, 0, 4) as i64 * 1_000_000_000 + le(time, 4, 4) as i64;
                 self.messages += 1;
@@ -104,15 +102,15 @@ impl Bag {
     }
 
     fn connection(&mut self, header: &[u8], data: &[u8]) {
-        let id = field(header, "conn").map_or(u32::MAX, |v| le(v, 0, 4) as u32);
-        if self.topics.contains_key(&id) || self.topics.len() > 4096 {
+        let id = field(header, "conn").map_or(u64::MAX, |v| le(v, 0, 4));
+        if self.topics.contains(&id) || self.topics.len() > 4096 {
             return;
         }
         let text = |bytes: Option<&[u8]>| String::from_utf8_lossy(bytes.unwrap_or_default()).into_owned();
         let (topic, kind) = (text(field(header, "topic")), text(field(data, "type")));
         let plan = Plan::new(&text(field(data, "message_definition")), Wire::Ros1).filter(|p| !p.names.is_empty());
         if plan.is_none() {
-            self.other.insert(kind.clone());
+            self.other.insert(kind.clone(), ());
         }
         let layout = plan.map(Layout::Ros);
         self.topics.insert(id, layout.map(|layout| Topic::new(&self.context, &topic, &kind, layout)));
@@ -164,11 +162,9 @@ impl Reader for Bag {
         if self.messages == 0 {
             return Err(self.bad("messages", "none"));
         }
-        let mut topics: Vec<_> = self.topics.into_iter().filter_map(|(id, t)| Some((id, t?))).collect();
-        sort_by(&mut topics, |a, b| a.0.cmp(&b.0));
-        topics.into_iter().for_each(|(_, topic)| topic.finish("ROS 1 bag", log));
+        self.topics.into_sorted().filter_map(|(_, topic)| topic).for_each(|topic| topic.finish("ROS 1 bag", log));
         if !self.other.is_empty() {
-            let kinds = self.other.into_iter().take(6).collect::<Vec<_>>().join(", ");
+            let kinds = self.other.into_sorted().take(6).map(|(kind, ())| kind).collect::<Vec<_>>().join(", ");
             log.warn(format!("{}: messages without numbers left out ({kinds}).", self.context.file));
         }
         Ok(())

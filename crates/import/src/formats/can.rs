@@ -1,6 +1,5 @@
 //! Frames of a CAN bus, decoded while they are read: a table for every message, or for every page of a multiplexed one.
 
-use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
 
 use super::Context;
@@ -8,7 +7,7 @@ use super::dbc::{Dbc, EXTENDED, Message};
 use super::grower::{Grower, Zero};
 use crate::error::{ImportError, name_list};
 use crate::opening::Gathered;
-use crate::order::sort_by;
+use crate::register::Numbered;
 
 /// Identifiers that are remembered for what is said about them.
 const REMEMBERED: usize = 4096;
@@ -18,9 +17,9 @@ pub(crate) struct Frames {
     file: Rc<str>,
     part: String,
     dbc: Rc<Dbc>,
-    slots: HashMap<(u8, u32), Option<Slot>>,
+    slots: Numbered<Option<Slot>>,
     pub count: usize,
-    unknown: BTreeSet<u32>,
+    unknown: Numbered<()>,
     row: Vec<f64>,
 }
 
@@ -58,9 +57,9 @@ impl Frames {
             file: context.file.clone(),
             part,
             dbc: context.dbc.clone(),
-            slots: HashMap::new(),
+            slots: Numbered::default(),
             count: 0,
-            unknown: BTreeSet::new(),
+            unknown: Numbered::default(),
             row: Vec::new(),
         }
     }
@@ -68,13 +67,13 @@ impl Frames {
     /// Take a frame: time in ns, bus from 1, identifier with [`EXTENDED`] set where it has 29 bits.
     pub fn frame(&mut self, time: i64, channel: u8, id: u32, data: &[u8]) -> Result<(), ImportError> {
         self.count += 1;
-        let slot = self.slots.entry((channel, id)).or_insert_with(|| {
+        let slot = self.slots.entry(u64::from(channel) << 32 | u64::from(id), || {
             let message = self.dbc.message(id)?;
             Some(Slot::new(&self.file, &self.part, channel, message))
         });
         let Some(slot) = slot else {
             if self.unknown.len() < REMEMBERED {
-                self.unknown.insert(id);
+                self.unknown.insert(id.into(), ());
             }
             return Ok(());
         };
@@ -98,15 +97,14 @@ impl Frames {
     /// Hand the tables over, and what could not be decoded.
     pub fn finish(self, format: &'static str, zero: Zero, log: &mut Gathered) {
         let before = log.tables.len();
-        let mut slots: Vec<_> = self.slots.into_iter().filter_map(|(key, slot)| Some((key, slot?))).collect();
-        sort_by(&mut slots, |a, b| a.0.cmp(&b.0));
-        for (_, slot) in slots {
+        for slot in self.slots.into_sorted().filter_map(|(_, slot)| slot) {
             log.tables.extend(slot.pages.into_iter().filter_map(|(_, grower)| grower.finish(format, zero)));
         }
         if self.count == 0 {
             return;
         }
-        let ids: Vec<String> = self.unknown.iter().take(6).map(|id| format!("{:X}", id & !EXTENDED)).collect();
+        let ids: Vec<String> =
+            self.unknown.keys().take(6).map(|id| format!("{:X}", id & !u64::from(EXTENDED))).collect();
         let ids = format!("{} identifiers ({}, ..)", self.unknown.len(), ids.join(", "));
         let what = if self.dbc.is_empty() { "no DBC database" } else { "none of them in the DBC" };
         if log.tables.len() > before {

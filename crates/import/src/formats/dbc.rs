@@ -1,12 +1,12 @@
 //! DBC: what the signals in the frames of a CAN bus are.
 
-use std::collections::HashMap;
 use std::rc::Rc;
 
 use super::lines::number;
 use super::{Context, Reader};
 use crate::error::{ImportError, decode, excerpt, form};
 use crate::opening::Gathered;
+use crate::register::Numbered;
 
 /// A database longer than this, bytes, is refused.
 const LONGEST: usize = 64 << 20;
@@ -18,9 +18,9 @@ pub(crate) const EXTENDED: u32 = 1 << 31;
 /// Messages by identifier.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Dbc {
-    messages: HashMap<u32, Rc<Message>>,
+    messages: Numbered<Rc<Message>>,
     /// Messages by parameter group number, where the database is one of J1939.
-    groups: HashMap<u32, Rc<Message>>,
+    groups: Numbered<Rc<Message>>,
     /// Names of the files.
     pub files: Vec<String>,
 }
@@ -119,17 +119,17 @@ impl Dbc {
 
     /// The message of an identifier.
     pub fn message(&self, id: u32) -> Option<&Rc<Message>> {
-        self.messages.get(&id).or_else(|| if id & EXTENDED == 0 { None } else { self.groups.get(&group(id)) })
+        let of_group = || if id & EXTENDED == 0 { None } else { self.groups.get(&group(id).into()) };
+        self.messages.get(&id.into()).or_else(of_group)
     }
 
     /// Take the messages of another database; those that are already there stay.
     fn add(&mut self, other: Self) {
         self.files.extend(other.files);
-        for (id, message) in other.messages {
-            self.messages.entry(id).or_insert(message);
-        }
-        for (id, message) in other.groups {
-            self.groups.entry(id).or_insert(message);
+        for (own, other) in [(&mut self.messages, other.messages), (&mut self.groups, other.groups)] {
+            other.into_sorted().for_each(|(id, message)| {
+                own.entry(id, || message);
+            });
         }
     }
 
@@ -153,7 +153,7 @@ impl Dbc {
 struct Parser<'a> {
     file: &'a str,
     messages: Vec<(u32, Message)>,
-    index: HashMap<u32, usize>,
+    index: Numbered<usize>,
     j1939: bool,
 }
 
@@ -165,9 +165,12 @@ impl Parser<'_> {
         };
         if let Some(rest) = line.strip_prefix("BO_ ") {
             let mut words = rest.split_whitespace();
-            let id = words.next().and_then(|w| w.parse().ok()).ok_or_else(|| broken("BO_ identifier name: length"))?;
+            let id = words
+                .next()
+                .and_then(|w| w.parse::<u32>().ok())
+                .ok_or_else(|| broken("BO_ identifier name: length"))?;
             let name = words.next().unwrap_or_default().trim_end_matches(':').to_owned();
-            self.index.insert(id, self.messages.len());
+            self.index.insert(id.into(), self.messages.len());
             self.messages.push((id, Message { name, ..Message::default() }));
         } else if let Some(rest) = line.strip_prefix("SG_ ") {
             let signal = signal(rest).ok_or_else(|| broken("SG_ name : start|length@order (factor,offset) ..."))?;
@@ -185,7 +188,7 @@ impl Parser<'_> {
     }
 
     fn signal_of(&mut self, id: &str, name: &str) -> Option<(usize, usize)> {
-        let message = *self.index.get(&id.parse().ok()?)?;
+        let message = *self.index.get(&u64::from(id.parse::<u32>().ok()?))?;
         Some((message, self.messages[message].1.signals.iter().position(|s| s.name == name)?))
     }
 
@@ -233,9 +236,9 @@ impl Parser<'_> {
             message.j1939 = self.j1939;
             let message = Rc::new(message);
             if self.j1939 && id & EXTENDED != 0 {
-                dbc.groups.insert(group(id), message.clone());
+                dbc.groups.insert(group(id).into(), message.clone());
             }
-            dbc.messages.insert(id, message);
+            dbc.messages.insert(id.into(), message);
         }
         dbc
     }

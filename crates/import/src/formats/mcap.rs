@@ -2,7 +2,6 @@
 //!
 //! Read from its beginning, so that a file without its index reads as well. Source: the MCAP specification.
 
-use std::collections::{BTreeSet, HashMap};
 use std::io::Read;
 use std::rc::Rc;
 
@@ -13,7 +12,7 @@ use super::topics::{Layout, Topic};
 use super::{Context, Reader, lz4};
 use crate::error::{ImportError, excerpt, form};
 use crate::opening::Gathered;
-use crate::order::sort_by;
+use crate::register::{Named, Numbered};
 
 const MAGIC: usize = 8;
 /// A record longer than this, bytes, is refused; attachments are passed over at any length.
@@ -28,9 +27,9 @@ pub(crate) struct Mcap {
     context: Context,
     carry: Carry,
     begun: bool,
-    schemas: HashMap<u16, (String, String, Vec<u8>)>,
-    topics: HashMap<u16, Option<Topic>>,
-    other: BTreeSet<String>,
+    schemas: Numbered<(String, String, Vec<u8>)>,
+    topics: Numbered<Option<Topic>>,
+    other: Named<()>,
     messages: usize,
 }
 
@@ -47,9 +46,9 @@ impl Mcap {
             context,
             carry: Carry::default(),
             begun: false,
-            schemas: HashMap::new(),
-            topics: HashMap::new(),
-            other: BTreeSet::new(),
+            schemas: Numbered::default(),
+            topics: Numbered::default(),
+            other: Named::default(),
             messages: 0,
         }
     }
@@ -65,13 +64,13 @@ impl Mcap {
                 let (name, at) = text(data, 2);
                 let (encoding, at) = text(data, at);
                 let content = data.get(at + 4..).unwrap_or_default().to_vec();
-                self.schemas.insert(le(data, 0, 2) as u16, (name, encoding, content));
+                self.schemas.insert(le(data, 0, 2), (name, encoding, content));
             }
             CHANNEL => self.channel(data),
             MESSAGE => {
                 self.messages += 1;
                 let time = le(data, 6, 8).min(i64::MAX as u64) as i64;
-                if let Some(Some(topic)) = self.topics.get_mut(&(le(data, 0, 2) as u16)) {
+                if let Some(Some(topic)) = self.topics.get_mut(&le(data, 0, 2)) {
                     return topic.message(time, data.get(22..).unwrap_or_default());
                 }
             }
@@ -82,13 +81,13 @@ impl Mcap {
     }
 
     fn channel(&mut self, data: &[u8]) {
-        let id = le(data, 0, 2) as u16;
-        if self.topics.contains_key(&id) {
+        let id = le(data, 0, 2);
+        if self.topics.contains(&id) {
             return;
         }
         let (topic, at) = text(data, 4);
         let (encoding, _) = text(data, at);
-        let schema = self.schemas.get(&(le(data, 2, 2) as u16));
+        let schema = self.schemas.get(&le(data, 2, 2));
         let (kind, layout) = match (encoding.as_str(), schema) {
             ("cdr", Some((kind, form, content))) if form == "ros2msg" => (kind.clone(), plan(content, Wire::Cdr)),
             ("ros1", Some((kind, form, content))) if form == "ros1msg" => (kind.clone(), plan(content, Wire::Ros1)),
@@ -99,7 +98,7 @@ impl Mcap {
             (_, schema) => (schema.map_or_else(String::new, |s| format!("{} as {encoding} {}", s.0, s.1)), None),
         };
         if layout.is_none() {
-            self.other.insert(kind.clone());
+            self.other.insert(kind.clone(), ());
         }
         self.topics.insert(id, layout.map(|layout| Topic::new(&self.context, &topic, &kind, layout)));
     }
@@ -185,11 +184,9 @@ impl Reader for Mcap {
         if self.messages == 0 {
             return Err(self.bad("messages", "none"));
         }
-        let mut topics: Vec<_> = self.topics.into_iter().filter_map(|(id, t)| Some((id, t?))).collect();
-        sort_by(&mut topics, |a, b| a.0.cmp(&b.0));
-        topics.into_iter().for_each(|(_, topic)| topic.finish("MCAP", log));
+        self.topics.into_sorted().filter_map(|(_, topic)| topic).for_each(|topic| topic.finish("MCAP", log));
         if !self.other.is_empty() {
-            let kinds = self.other.into_iter().take(6).collect::<Vec<_>>().join(", ");
+            let kinds = self.other.into_sorted().take(6).map(|(kind, ())| kind).collect::<Vec<_>>().join(", ");
             log.warn(format!(
                 "{}: messages that hold no numbers or cannot be read left out ({kinds}).",
                 self.context.file

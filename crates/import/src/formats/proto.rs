@@ -2,13 +2,13 @@
 //!
 //! Descriptors are themselves such messages: field numbers below are those of `google.protobuf.FileDescriptorSet`.
 
-use std::collections::HashMap;
+use crate::register::{Named, Numbered};
 
 /// Messages inside messages beyond this are not followed.
 const NESTED: usize = 8;
 
 /// A message type: its fields by number.
-type Message = HashMap<u64, Field>;
+type Message = Numbered<Field>;
 
 #[derive(Clone, Debug, Default)]
 struct Field {
@@ -22,7 +22,7 @@ struct Field {
 /// The types that a schema knows.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Schema {
-    messages: HashMap<String, Message>,
+    messages: Named<Message>,
 }
 
 /// A field as it is on the wire.
@@ -105,7 +105,7 @@ impl Schema {
     }
 
     fn message(&mut self, data: &[u8], within: &str, depth: usize) {
-        let (mut name, mut fields, mut nested) = (String::new(), Message::new(), Vec::new());
+        let (mut name, mut fields, mut nested) = (String::new(), Message::default(), Vec::new());
         each(data, |number, bytes, _| match number {
             1 => name = text(bytes),
             2 => {

@@ -3,8 +3,7 @@
 //! ROS 1 packs fields without padding; CDR of ROS 2 (XCDR 1, either byte order) aligns each to its size.
 //! Axes are those of REP 103 (x forward, y left, z up), specific force is what an `Imu` calls linear acceleration.
 
-use std::collections::HashMap;
-
+use crate::register::Named;
 use crate::table::Meaning;
 
 use super::grower::{is, turned};
@@ -102,7 +101,7 @@ pub(crate) fn known(kind: &str, path: &str) -> (&'static str, Option<Meaning>) {
 impl Plan {
     /// Read a definition: the type's own text, then those of other types below lines of `=`, each under `MSG: name`.
     pub fn new(definition: &str, wire: Wire) -> Option<Self> {
-        let mut types: HashMap<String, String> = HashMap::new();
+        let mut types: Named<String> = Named::default();
         let mut name = String::new();
         for line in definition.lines() {
             let line = line.split('#').next().unwrap_or_default().trim();
@@ -113,7 +112,7 @@ impl Plan {
                 name = next.trim().to_owned();
                 continue;
             }
-            let text = types.entry(name.clone()).or_default();
+            let text = types.entry(name.clone(), String::new);
             text.push_str(line);
             text.push('\n');
         }
@@ -124,7 +123,7 @@ impl Plan {
 
     fn steps_of(
         &mut self,
-        types: &HashMap<String, String>,
+        types: &Named<String>,
         name: &str,
         path: &str,
         depth: usize,
@@ -145,14 +144,7 @@ impl Plan {
         Some(steps)
     }
 
-    fn step_of(
-        &mut self,
-        types: &HashMap<String, String>,
-        kind: &str,
-        path: &str,
-        depth: usize,
-        keep: bool,
-    ) -> Option<Step> {
+    fn step_of(&mut self, types: &Named<String>, kind: &str, path: &str, depth: usize, keep: bool) -> Option<Step> {
         if depth > NESTED {
             return None;
         }
@@ -225,13 +217,12 @@ fn number_of(kind: &str) -> Option<Number> {
 }
 
 /// The definition of a type: by its name, or by the end of it where the package is left out.
-fn find<'a>(types: &'a HashMap<String, String>, name: &str) -> Option<&'a String> {
+fn find<'a>(types: &'a Named<String>, name: &str) -> Option<&'a String> {
     let short = name.rsplit('/').next().unwrap_or_default();
     let of = |n: &str| n.rsplit('/').next() == Some(short) && n.split('/').next() == name.split('/').next();
-    types.get(name).or_else(|| types.iter().find(|(n, _)| of(n)).map(|(_, t)| t)).or_else(|| {
-        let end = |n: &&String| !name.contains('/') && n.rsplit('/').next() == Some(name);
-        types.keys().filter(end).min().and_then(|n| types.get(n))
-    })
+    let end = |n: &str| !name.contains('/') && n.rsplit('/').next() == Some(name);
+    let first = |is: &dyn Fn(&str) -> bool| types.keys().find(|n| is(n)).and_then(|n| types.get(n));
+    types.get(name).or_else(|| first(&of)).or_else(|| first(&end))
 }
 
 struct Cursor<'a> {

@@ -1,6 +1,5 @@
 //! Topics of a robot's log: a table each, stamped by its messages or, failing that, by the recorder.
 
-use std::collections::HashMap;
 use std::rc::Rc;
 
 use serde_json::Value;
@@ -11,6 +10,7 @@ use super::proto::Schema;
 use super::ros::{Plan, known};
 use crate::error::ImportError;
 use crate::opening::Gathered;
+use crate::register::Named;
 
 /// A stamp further than this from the time of recording is not of the same clock, ns.
 const APART: i64 = 10_000_000_000;
@@ -34,7 +34,7 @@ pub(crate) struct Topic {
     name: String,
     kind: String,
     layout: Layout,
-    columns: HashMap<String, usize>,
+    columns: Named<usize>,
     grower: Grower,
     /// Time of the stamp minus that of the recording, ns, of every message.
     late: Vec<i64>,
@@ -51,7 +51,7 @@ impl Topic {
             name: name.to_owned(),
             kind: kind.to_owned(),
             layout,
-            columns: HashMap::new(),
+            columns: Named::default(),
             grower: Grower::new(&context.file, &format!("{within}{name}")),
             late: Vec::new(),
             stamped: true,

@@ -1,6 +1,5 @@
 //! PX4 ULog: topics declared in the file, logged as messages.
 
-use std::collections::HashMap;
 use std::rc::Rc;
 
 use super::carry::{Carry, le};
@@ -8,7 +7,7 @@ use super::grower::{Grower, Zero, is};
 use super::{Context, Reader};
 use crate::error::{ImportError, form};
 use crate::opening::Gathered;
-use crate::order::sort_by;
+use crate::register::{Named, Numbered};
 use crate::table::Meaning;
 
 /// Columns of one topic beyond this are left out.
@@ -82,8 +81,8 @@ pub(crate) struct Ulog {
     part: String,
     carry: Carry,
     begun: bool,
-    formats: HashMap<String, Vec<Field>>,
-    topics: HashMap<u16, Topic>,
+    formats: Named<Vec<Field>>,
+    topics: Numbered<Topic>,
     dropouts: usize,
     messages: usize,
     row: Vec<f64>,
@@ -96,8 +95,8 @@ impl Ulog {
             part: context.part,
             carry: Carry::default(),
             begun: false,
-            formats: HashMap::new(),
-            topics: HashMap::new(),
+            formats: Named::default(),
+            topics: Numbered::default(),
             dropouts: 0,
             messages: 0,
             row: Vec::new(),
@@ -185,11 +184,11 @@ impl Ulog {
             grower.column(&column, known.map_or("", |k| k.2), meaning);
         }
         let slots = layout.into_iter().map(|(_, slot)| slot).collect();
-        self.topics.insert(id, Topic { time, slots, grower });
+        self.topics.insert(id.into(), Topic { time, slots, grower });
     }
 
     fn data(&mut self, body: &[u8]) -> Result<(), ImportError> {
-        let Some(topic) = self.topics.get_mut(&(le(body, 0, 2) as u16)) else { return Ok(()) };
+        let Some(topic) = self.topics.get_mut(&le(body, 0, 2)) else { return Ok(()) };
         let data = body.get(2..).unwrap_or_default();
         if data.len() < topic.time + 8 {
             return Ok(());
@@ -274,9 +273,7 @@ impl Reader for Ulog {
             let advice = "check that the recording was not cut off";
             return Err(form(&self.file, "all messages".into(), "logged data", "none", advice));
         }
-        let mut topics: Vec<(u16, Topic)> = self.topics.into_iter().collect();
-        sort_by(&mut topics, |a, b| a.0.cmp(&b.0));
-        log.tables.extend(topics.into_iter().filter_map(|(_, t)| t.grower.finish("ULog", Zero::Unknown)));
+        log.tables.extend(self.topics.into_sorted().filter_map(|(_, t)| t.grower.finish("ULog", Zero::Unknown)));
         Ok(())
     }
 

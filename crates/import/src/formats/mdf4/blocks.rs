@@ -1,10 +1,9 @@
 //! Blocks of an MDF4 file: reading them one by one, and what the groups of records hold.
 
-use std::collections::HashSet;
-
 use super::channel::{Channel, Conversion};
 use crate::error::{ImportError, decode, form};
 use crate::formats::carry::le;
+use crate::register::Numbered;
 use crate::source::Source;
 
 /// Bytes read around a block, so that its neighbours need no reading of their own.
@@ -39,14 +38,14 @@ pub(super) struct Blocks<'a> {
     file: String,
     window: Vec<u8>,
     start: u64,
-    seen: HashSet<u64>,
+    seen: Numbered<()>,
     pub channels: usize,
 }
 
 impl<'a> Blocks<'a> {
     pub fn new(source: &'a mut dyn Source) -> Self {
         let file = source.name().to_owned();
-        Self { source, file, window: Vec::new(), start: 0, seen: HashSet::new(), channels: 0 }
+        Self { source, file, window: Vec::new(), start: 0, seen: Numbered::default(), channels: 0 }
     }
 
     pub fn bad(&self, offset: u64, expected: &str, found: &str) -> ImportError {
@@ -101,7 +100,7 @@ impl<'a> Blocks<'a> {
 
     /// Whether the block at `offset` is there and was not met before in this chain: chains may not be rings.
     pub fn follow(&mut self, offset: u64) -> bool {
-        offset != 0 && self.seen.insert(offset)
+        offset != 0 && self.seen.insert(offset, ())
     }
 
     /// The text of a text or metadata block; empty for a link to nothing.

@@ -7,7 +7,7 @@ mod channel;
 mod data;
 mod records;
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::VecDeque;
 
 use blocks::Blocks;
 use data::Fragment;
@@ -19,6 +19,7 @@ use super::grower::Zero;
 use super::{Context, Seeking};
 use crate::error::ImportError;
 use crate::opening::Gathered;
+use crate::register::Numbered;
 use crate::source::Source;
 
 /// Reads the groups of records one after the other.
@@ -37,7 +38,7 @@ pub(super) struct Group {
     /// Bytes of the record's number before each record; none where there is one kind only.
     id_size: usize,
     fragments: VecDeque<Fragment>,
-    records: HashMap<u64, Records>,
+    records: Numbered<Records>,
     carry: Carry,
 }
 
@@ -74,7 +75,7 @@ impl Mdf4 {
                 } else {
                     data::fragments(&mut blocks, block.link(2), unfinished)?
                 },
-                records: HashMap::new(),
+                records: Numbered::default(),
                 carry: Carry::default(),
             };
             group.read_kinds(&mut blocks, block.link(1), &self.context, log)?;
@@ -112,7 +113,7 @@ impl Group {
         log: &mut Gathered,
     ) -> Result<(), ImportError> {
         let mut at = first;
-        let mut places = HashMap::new();
+        let mut places = Numbered::default();
         while blocks.follow(at) {
             let block = blocks.block(at)?;
             let number = block.number(0, 8);
@@ -182,7 +183,7 @@ impl Seeking for Mdf4 {
             && !self.piece(source, group)?
             && let Some(group) = groups.pop_front()
         {
-            for records in group.records.into_values() {
+            for records in group.records.into_sorted().map(|(_, records)| records) {
                 log.tables.extend(records.finish(self.zero));
             }
         }

@@ -1,6 +1,6 @@
 //! Records of one kind: rows of measured channels, frames of a bus, or bytes that another kind points to.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::VecDeque;
 
 use super::blocks::{Block, Blocks};
 use super::channel::Channel;
@@ -12,6 +12,7 @@ use crate::formats::carry::le;
 use crate::formats::dbc::EXTENDED;
 use crate::formats::grower::{Grower, Zero};
 use crate::opening::Gathered;
+use crate::register::Numbered;
 use crate::table::Table;
 
 /// Frames that wait for their bytes, or bytes for their frame, at most.
@@ -94,7 +95,7 @@ impl Records {
     }
 
     /// Turn the place of a block into the number of its records.
-    pub fn place_bytes(&mut self, numbers: &HashMap<u64, u64>) {
+    pub fn place_bytes(&mut self, numbers: &Numbered<u64>) {
         if let Kind::Bus(bus) = &mut self.kind
             && let Place::Block(at) = bus.place
         {

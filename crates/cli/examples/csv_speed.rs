@@ -6,6 +6,10 @@ use std::time::Instant;
 
 use drivescope_import::CsvReader;
 
+/// As the command has it.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Processor time of this process, s: its own and the system's for it, in the kernel's ticks of 10 ms; 0 where there is none.
 fn processor() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
