@@ -194,7 +194,7 @@ export class Lane {
   /** Show the values at the cursor; `values` holds value and sigma for each of `shown()`. */
   showValues(values: { curve: CurveSpec; value: number; sigma: number }[]): void {
     const display = this.#store.display.value;
-    const { quantity, isLog } = this.spec;
+    const { quantity, isLog, least } = this.spec;
     for (const entry of this.#entries) {
       const found = values.find((v) => v.curve === entry.curve);
       if (!found) {
@@ -203,7 +203,7 @@ export class Lane {
       }
       const sign = entry.curve.isMagnitude ? 1 : axisSign(entry.curve.column, display);
       const value = convert(quantity, sign * drawn(entry.curve, found.value), display);
-      const digits = digitsOf(quantity, display);
+      const digits = digitsOf(quantity, display, least);
       let text = isLog ? formatSignificant(value) : formatFixed(value, digits);
       const reach = convertDifference(quantity, 3 * found.sigma, display);
       if (Number.isFinite(reach)) text += ` ±${formatFixed(reach, digits)}`;
