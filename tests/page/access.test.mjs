@@ -48,6 +48,23 @@ test('the keyboard plays, steps, zooms, goes to the views and shows its help', a
   await context.close();
 });
 
+test('every menu closes by Escape, gives the focus back, and stands inside a phone', async () => {
+  for (const viewport of [{ width: 1440, height: 900 }, { width: 390, height: 844 }]) {
+    const { page, context } = await open(stage.browser, stage.url);
+    await page.setViewportSize(viewport);
+    await estimated(page);
+    for (const name of ['Export', 'Display', 'Variants']) {
+      await page.getByRole('button', { name, exact: true }).click();
+      const box = await page.locator(':popover-open').boundingBox();
+      assert.ok(box.x >= 0 && box.x + box.width <= viewport.width, `${name} from ${box.x}, ${box.width} wide, of ${viewport.width}`);
+      await page.keyboard.press('Escape');
+      await page.waitForFunction(() => document.querySelector(':popover-open') === null);
+      assert.equal(await page.evaluate(() => document.activeElement.textContent), name);
+    }
+    await context.close();
+  }
+});
+
 test('the wheel zooms all plots together, a drag zooms into its stretch, a double click shows everything', async () => {
   const { page, context } = await open(stage.browser, stage.url);
   await estimated(page);

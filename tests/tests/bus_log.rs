@@ -5,9 +5,10 @@
 
 use std::path::PathBuf;
 
-use drivescope_drive::channel::Series;
+use drivescope_drive::channel::{Channel, Series};
 use drivescope_drive::drive::Drive;
 use drivescope_drive::frames::wrap_angle;
+use drivescope_drive::signals::Gnss;
 use drivescope_estimation::registry::run_by_name;
 use drivescope_estimation::score::mode::ModeScore;
 use drivescope_import::{Mapping, Opening, SeekSource, Source, open_log};
@@ -79,6 +80,25 @@ fn modes_of_twenty_six_minutes_agree_with_the_receivers_speed_and_course() {
     let found = ModeScore::new(series.time(), series.column("mode").unwrap(), &said).unwrap();
     println!("{found:?}");
     assert!(found.count > 130_000 && found.accuracy_guarded >= 0.95, "{found:?}");
+    // With the places of the fixes and nothing else of the receiver: the reference is its speed, which it measures by itself. The
+    // engine idles in every rest and was never off; wherever the modes come to rest by the fixes, the receiver says so too.
+    let mut bare = Drive { wheels: Channel::default(), gnss: Channel::default(), ..drive.clone() };
+    for (time, fix) in drive.gnss.iter() {
+        let place = Gnss { lat: fix.lat, lon: fix.lon, valid: fix.valid, ..Gnss::default() };
+        bare.gnss.push(time, place).unwrap();
+    }
+    let by_places = run_by_name("motion_mode", &bare, &serde_json::Value::Null, None).unwrap();
+    let modes = by_places.series().column("mode").unwrap();
+    let placed = ModeScore::new(series.time(), modes, &said).unwrap();
+    println!("with places: {placed:?}");
+    assert!(placed.accuracy_guarded >= found.accuracy_guarded + 0.01, "{placed:?}, {found:?}");
+    assert_eq!(placed.confusion[1][0] + placed.confusion[2][0], 0, "never at rest on the road: {placed:?}");
+    // For the first half minute the receiver repeats one place, and zero speed, of a car that turns at up to 0.5 rad/s.
+    let turning = |series: &Series| {
+        let (modes, turns) = (series.column("mode").unwrap(), series.column("yd").unwrap());
+        modes.iter().zip(turns).filter(|(mode, turn)| **mode == 0.0 && turn.abs() > 0.05).count()
+    };
+    assert_eq!(turning(by_places.series()), turning(series), "the fixes tell no rest of a car that turns");
     let [_, straight, corner] = found.confusion;
     assert_eq!(straight[0] + corner[0], 0, "never at rest on the road: {found:?}");
     assert!(corner[2] as f64 / corner.iter().sum::<usize>() as f64 >= 0.99, "{found:?}");

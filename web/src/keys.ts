@@ -91,7 +91,8 @@ export function listenToKeys(store: Store, actions: KeyActions): void {
     if (event.ctrlKey || event.metaKey || event.altKey || isTaken(event.target, key)) return;
     const action = plain[key];
     if (!action) return;
-    event.preventDefault();
+    // The browser closes an open menu by Escape, unless it is told not to.
+    if (key !== 'Escape') event.preventDefault();
     action(event);
   });
 }

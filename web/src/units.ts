@@ -110,10 +110,11 @@ export function formatSignificant(value: number | null | undefined, significant 
   return formatFixed(value, Math.min(8, Math.max(0, significant - 1 - size)));
 }
 
-/** Digits after the point that suit a displayed quantity. */
-export function digitsOf(quantity: Quantity, display: Display): number {
+/** Digits after the point that suit a displayed quantity; of a plain one, those that suit `least`, the smallest range it is drawn in. */
+export function digitsOf(quantity: Quantity, display: Display, least = 1): number {
+  if (quantity === 'plain') return Math.min(5, Math.max(0, 2 - Math.floor(Math.log10(least))));
   if (quantity === 'angle' || quantity === 'rate' || (quantity === 'grade' && display.grade === 'angle')) return display.angle === 'deg' ? 2 : 4;
-  return quantity === 'speed' ? 1 : 2;
+  return quantity === 'grade' ? 2 : 1;
 }
 
 /** Digits after the point with which each of these reaches shows two that count; at least `least`. */

@@ -39,6 +39,8 @@ test('the sentence says since when, why, and what would end it', () => {
   const standing = explain(rest as Decision, moment(7), SETTINGS, SI, label).join(' ');
   expect(standing).toMatch(/^Stationary since 5 s \(2\.0 s\): .*tables 1 and 2\): JD 0\.0200 ≤ 0\.0750 m\/s², TD 0\.00300 ≤/);
   expect(standing).toMatch(/Rest ends when FD exceeds 0\.160 m\/s², or JD and TD both stay above theirs for 0\.30 s, or the car gains speed or turns\.$/);
+  const [shaken] = decisions(row(5, 1, 0, RULES.fixesStay));
+  expect(explain(shaken as Decision, moment(7), SETTINGS, SI, label).join(' ')).toMatch(/: satellite fixes stay in their place, .* car\. Rest ends when the car gains speed or turns, or when it is shaken/);
   const driving = (m: Moment): string => explain(straight as Decision, m, SETTINGS, SI, label).join(' ');
   expect(driving(moment(10, 0, 0.2))).toMatch(/A corner begins when \|YD\| exceeds 0\.0500 rad\/s\. .*JD is above now\.$/);
   expect(driving(moment(10))).toMatch(/none is above now\.$/);

@@ -9,7 +9,7 @@ use drivescope_drive::signals::{AccelArray, Baro, Gnss, Imu, Mag, Range, Steerin
 use drivescope_drive::truth::TRUTH_COLUMNS;
 use drivescope_drive::vehicle::PRESETS;
 use drivescope_estimation::registry::ESTIMATORS;
-use drivescope_import::OpenReport;
+use drivescope_import::{Confidence, OpenReport};
 use serde_json::{Value, json};
 
 use crate::log::Opened;
@@ -140,7 +140,12 @@ pub fn info_json(opened: &Opened) -> String {
 /// How the columns were read, what was passed over and what looks wrong.
 fn reading(text: &mut String, report: &OpenReport) {
     for used in &report.used {
-        let _ = writeln!(text, "  {} <- {} ({}): {}", used.signal, used.column, used.conversion, used.why);
+        let sure = match used.confidence {
+            Confidence::Guess => "a guess",
+            Confidence::Likely => "likely",
+            Confidence::Certain => "certain",
+        };
+        let _ = writeln!(text, "  {} <- {} ({}; {sure}): {}", used.signal, used.column, used.conversion, used.why);
     }
     for unused in &report.unused {
         let _ = writeln!(text, "  not used: {}: {}", unused.column, unused.reason);
@@ -162,7 +167,7 @@ fn reading(text: &mut String, report: &OpenReport) {
 pub fn info_text(opened: &Opened) -> String {
     let mut text = String::new();
     let (start, end) = opened.drive.span().unwrap_or((0.0, 0.0));
-    let _ = writeln!(text, "{}: {:.1} s, from {start} to {end} s", opened.drive.name, end - start);
+    let _ = writeln!(text, "{}: {:.1} s, from {start:.3} to {end:.3} s", opened.drive.name, end - start);
     for c in opened.drive.channel_summaries() {
         let _ = writeln!(text, "  {}: {} samples at {:.1} Hz: {}", c.name, c.rows, c.rate, c.columns.join(", "));
     }

@@ -282,6 +282,24 @@ fn several_files_of_any_format_are_one_drive() {
     assert!(String::from_utf8_lossy(&inside.stdout).contains("inertial: 1200 samples"), "{inside:?}");
 }
 
+/// Catches a reading that hides how sure it is, and a wrong sign that only the page tells.
+#[test]
+fn info_says_how_sure_each_reading_is_and_what_contradicts_it() {
+    let folder = Folder::new("sure");
+    let rows = (0..6000).map(|k| {
+        let t = f64::from(k) * 0.01;
+        format!("{t},{},0,-9.8,0,0,0.01,{}\n", -1.5 * (0.3 * t).cos(), 10.0 + 5.0 * (0.3 * t).sin())
+    });
+    let text = format!("t,accel_x,accel_y,accel_z,gyro_x,gyro_y,gyro_z,speed\n{}", rows.collect::<String>());
+    let output = drivescope(&["info", &folder.file("turned.csv", text)]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("turned.csv: 60.0 s, from 0.000 to 59.990 s"), "{said}");
+    let readings: Vec<&str> = said.lines().filter(|l| l.contains(" <- ")).collect();
+    let is_sure = |l: &&str| ["; certain): ", "; likely): ", "; a guess): "].iter().any(|sure| l.contains(sure));
+    assert!(readings.len() == 8 && readings.iter().all(is_sure), "{said}");
+    assert!(said.contains("has the opposite sign of d(speed)/dt"), "{said}");
+}
+
 /// The second table of a receiver is a log of its own: `gnss` runs on it, and says its place from a given origin.
 #[test]
 fn raw_ranges_alone_are_a_log_and_an_origin_can_be_given() {

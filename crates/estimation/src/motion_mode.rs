@@ -1,4 +1,4 @@
-//! Motion mode of a car, stationary, straight or cornering, from an inertial sensor alone.
+//! Motion mode of a car, stationary, straight or cornering, from an inertial sensor, helped by wheels or satellites.
 //!
 //! Source: Lee et al. 2010, equations (4) to (9) and tables 1 to 3. Four statistics over causal windows: jerk of the
 //! specific force's magnitude (JD), rate about the horizontal axes (TD), step of the forward specific force (FD) and mean
@@ -9,25 +9,29 @@
 //! paper leaves it by FD only and can miss a creeping launch for good); thresholds may follow the noise floor at rest; rest
 //! needs full windows, so that a log that starts in motion or has a hole does not begin with a stop; turning wheels
 //! contradict rest, and four that stand end motion before the windows have settled; so does a body that has settled but for
-//! what the window of sway remembers; speed gained since the last rest, and a turn, contradict rest.
-//! Not known: which way the car moves, and what moves it: a parked car with a loud engine may look like a moving one.
+//! what the window of sway remembers; speed gained since the last rest, and a turn, contradict rest; without wheels,
+//! satellite fixes that stay in their place tell rest whatever the engine shakes, and fixes that go on contradict it.
+//! Not known: which way the car moves, and what moves it: without wheels and fixes, a parked car with a loud engine may look
+//! like a moving one.
 
 pub mod decisions;
 mod detector;
 mod disk;
+mod fixes;
 mod gain;
 mod rules;
+mod speed;
 mod windows;
 
 pub use detector::{Decision, Detector, InertialRow};
 pub use rules::{MotionMode, Rule, Statistics, Thresholds, WheelState};
 
 use drivescope_drive::drive::{Epoch, LogStart, Signal};
-use drivescope_drive::signals::Wheels;
 use drivescope_drive::vehicle::VehicleParams;
 use drivescope_drive::{params, record};
 
 use self::disk::DiskSource;
+use self::speed::SpeedEvidence;
 use crate::estimator::{Estimator, EstimatorError, Need, Notices};
 use crate::gyro_free::{Front, GyroFreeParams};
 
@@ -69,8 +73,8 @@ params! {
         /// Speed gained since a rest, by the forward force, above which the car does not stand once it has been so for the escape
         /// time; 0 leaves it out. Only while thresholds are adaptive.
         launch_speed (""): number = 0.25, "m/s", 0.0 ..= 5.0 Linear, from "as of four wheels; five times what noise reaches at rest";
-        /// Whether turning wheels contradict rest and four standing ones end motion; in a log without wheel speeds, satellites
-        /// (1 m/s) contradict rest.
+        /// Whether turning wheels contradict rest and four standing ones end motion; in a log without wheel speeds, whether
+        /// satellites (1 m/s) contradict rest and, while thresholds are adaptive, fixes that stay in their place tell it.
         use_speed (""): toggle = true, from "a smooth road at constant speed looks like rest to an inertial sensor";
     }
 }
@@ -92,7 +96,7 @@ record! {
         mode: "1", truth "mode";
         /// Rule that fired: 0 none, 1 launch by force, 2 launch by activity, 3 stop, 4 corner begins, 5 corner ends,
         /// 6 wheels turn, 7 held while learning, 8 held until the windows are full, 9 wheels stand, 10 settled, 11 speed
-        /// gained, 12 the car turns.
+        /// gained, 12 the car turns, 13 the fixes stay.
         rule: "1";
         /// Threshold of `jd`.
         jd_threshold: "m/s^2";
@@ -111,27 +115,6 @@ record! {
     }
 }
 
-/// Reported speed above which the car clearly moves, m/s: the dead band and the noise of such a speed are not known.
-const CLEARLY_MOVING: f64 = 0.5;
-
-/// The same for the speeds of four wheels, which read zero below some 0.3 m/s and are exact at rest.
-const CLEARLY_TURNING: f64 = 0.25;
-
-/// Speed below which a wheel stands, m/s.
-const STANDING: f64 = 0.02;
-
-/// Time for which all four wheels must have stood before they end motion, s: below their dead band a car still rolls.
-const STANDING_TIME: f64 = 0.8;
-
-/// Age up to which a wheel speed counts, s.
-const SPEED_AGE: f64 = 0.5;
-
-/// Ground speed from satellites above which a car without wheel speeds clearly moves, m/s: several sigma of a receiver.
-const CLEARLY_MOVING_BY_SATELLITE: f64 = 1.0;
-
-/// Age up to which a ground speed counts, s: receivers give one a second.
-const GROUND_SPEED_AGE: f64 = 1.5;
-
 /// Step of the log above which the windows are cleared, s.
 const LARGEST_STEP: f64 = 0.5;
 
@@ -147,19 +130,14 @@ const NO_LAYOUT: &str =
 const NOT_LATER: &str = "An inertial row not later than the one before it was skipped.";
 const HOLE: &str = "A hole of more than 0.5 s in the inertial rows: the windows start again, the mode stays.";
 
-/// Motion mode over a log: the [`Detector`], with the log's clock, its bad rows and its wheels.
+/// Motion mode over a log: the [`Detector`], with the log's clock, its bad rows and what tells its speed.
 #[derive(Clone, Debug)]
 pub struct MotionModeDetector {
     detector: Detector,
     disk: Option<DiskSource>,
-    use_speed: bool,
     time: f64,
     good: InertialRow,
-    speed: f64,
-    speed_time: f64,
-    has_wheels: bool,
-    has_four_wheels: bool,
-    standing_since: f64,
+    speed: SpeedEvidence,
     starts_moving: bool,
     notices: Notices,
 }
@@ -180,6 +158,11 @@ impl Estimator for MotionModeDetector {
             required: false,
             why: "turning wheels contradict rest, and tell whether the log starts at rest",
         },
+        Need {
+            signal: Signal::GnssPosition,
+            required: false,
+            why: "without wheels, fixes that stay tell a car at rest whose engine shakes it from one that rolls",
+        },
     ];
     const VEHICLE: &'static str = "saloon";
     type Params = MotionModeParams;
@@ -190,7 +173,7 @@ impl Estimator for MotionModeDetector {
     }
 
     fn step(&mut self, epoch: &Epoch) -> Result<Option<MotionModeEstimate>, EstimatorError> {
-        self.read_speed(epoch);
+        self.speed.read(epoch);
         if self.disk.is_some() && self.is_disk_log(epoch) {
             return Ok(self.step_disk(epoch));
         }
@@ -223,18 +206,13 @@ impl MotionModeDetector {
     /// A detector whose disk, in a log that has one in place of accelerometers and gyros, is filtered with these parameters.
     pub fn with_disk(params: &MotionModeParams, disk: &GyroFreeParams, start: &LogStart) -> Self {
         let step = if start.imu_step > 0.0 { start.imu_step } else { USUAL_STEP };
-        let starts_moving = start.speed.abs() > CLEARLY_MOVING;
+        let starts_moving = start.speed.abs() > speed::CLEARLY_MOVING;
         Self {
             detector: Detector::new(params, step, starts_moving),
             disk: Some(DiskSource::new(Front::new(start.disk.as_ref(), disk), step)),
-            use_speed: params.use_speed,
             time: f64::NEG_INFINITY,
             good: InertialRow::AT_REST,
-            speed: f64::NAN,
-            speed_time: f64::NEG_INFINITY,
-            has_wheels: false,
-            has_four_wheels: false,
-            standing_since: f64::INFINITY,
+            speed: SpeedEvidence::new(params),
             starts_moving,
             notices: Notices::default(),
         }
@@ -285,7 +263,7 @@ impl MotionModeDetector {
         if !is_good {
             self.notices.add(BAD_ROW, time);
         }
-        let wheels = self.wheel_state(time);
+        let wheels = self.speed.state(time);
         if wheels == WheelState::Turn && self.detector.refuse_learning() {
             self.notices.add(NOT_AT_REST, time);
         }
@@ -294,53 +272,6 @@ impl MotionModeDetector {
             self.notices.add(NOT_AT_REST, time);
         }
         estimate(&decision, self.detector.bias())
-    }
-
-    /// What wheels, or satellites in a log that has none, say at a time.
-    fn wheel_state(&self, time: f64) -> WheelState {
-        let (age, slowest) = match (self.has_wheels, self.has_four_wheels) {
-            (_, true) => (SPEED_AGE, CLEARLY_TURNING),
-            (true, false) => (SPEED_AGE, CLEARLY_MOVING),
-            (false, false) => (GROUND_SPEED_AGE, CLEARLY_MOVING_BY_SATELLITE),
-        };
-        if time - self.speed_time > age {
-            WheelState::Unknown
-        } else if self.speed.abs() > slowest {
-            WheelState::Turn
-        } else if time - self.standing_since >= STANDING_TIME {
-            WheelState::Stand
-        } else {
-            WheelState::Unknown
-        }
-    }
-
-    /// Since when all four wheels stand, if the log has them.
-    fn watch_wheels(&mut self, wheels: &Wheels, time: f64) {
-        let four = [wheels.wheel_speed_fl, wheels.wheel_speed_fr, wheels.wheel_speed_rl, wheels.wheel_speed_rr];
-        if four.iter().any(|v| !v.is_finite()) {
-            return;
-        }
-        self.has_four_wheels = true;
-        let stands = four.iter().all(|v| v.abs() < STANDING) && time.is_finite();
-        self.standing_since = if stands { self.standing_since.min(time) } else { f64::INFINITY };
-    }
-
-    /// The speed that may contradict rest: the wheels', or the satellites' in a log that has none of the wheels.
-    fn read_speed(&mut self, epoch: &Epoch) {
-        let wheels = epoch.wheels.map_or(f64::NAN, |w| w.forward_speed());
-        let ground = epoch.gnss.filter(|g| g.is_usable()).map_or(f64::NAN, |g| g.ground_speed());
-        if !self.use_speed {
-            return;
-        }
-        if let Some(wheels) = &epoch.wheels {
-            self.watch_wheels(wheels, epoch.time);
-        }
-        if wheels.is_finite() {
-            self.has_wheels = true;
-            (self.speed, self.speed_time) = (wheels, epoch.time);
-        } else if ground.is_finite() && !self.has_wheels {
-            (self.speed, self.speed_time) = (ground, epoch.time);
-        }
     }
 
     /// The first row, or one after a hole in the log.

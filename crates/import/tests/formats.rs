@@ -141,6 +141,28 @@ fn sensors_of_a_phone_become_one_inertial_sample() {
     assert_eq!(drive.gnss.len(), ROWS);
 }
 
+/// Catches a field that is found but read as another number: sint32 is zigzag, a message within a message has its own.
+#[test]
+fn messages_of_json_and_protobuf_hold_the_numbers_that_were_written() {
+    let values = |sample_name: &str, column: &str| {
+        let log = read(&sample(sample_name).files, 1 << 20).unwrap();
+        let names: Vec<String> = log.tables.iter().flat_map(|t| t.columns.iter().map(|c| c.name.clone())).collect();
+        let found = log.tables.iter().find_map(|t| t.column(column).map(|c| c.values.clone()));
+        found.unwrap_or_else(|| panic!("{sample_name} has no {column}: {names:?}"))
+    };
+    let unzigzag = |i: usize| if i.is_multiple_of(2) { i as f64 / 2.0 } else { -((i + 1) as f64) / 2.0 };
+    for (name, column, written) in [
+        ("mcap", "/speed.speed", &accel as &dyn Fn(usize) -> f64),
+        ("mcap zstd", "/speed.speed", &accel),
+        ("mcap protobuf", "/can.speed", &accel),
+        ("mcap protobuf", "/can.v.x", &rate),
+        ("mcap protobuf", "/can.v.n", &unzigzag),
+    ] {
+        let expected: Vec<f64> = (0..ROWS).map(written).collect();
+        assert_eq!(values(name, column), expected, "{name}, {column}");
+    }
+}
+
 #[test]
 fn multiplexed_signals_of_29_bit_frames_are_there_every_other_time() {
     let (drive, _) = open(&sample("blf").files);

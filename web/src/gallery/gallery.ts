@@ -11,6 +11,13 @@ import { Runner } from './runner';
 
 const VERDICTS: readonly Verdict[] = ['supported', 'partly', 'not_supported'];
 
+/** A paper as books cite it: with a letter where the same authors wrote two in a year. */
+function cited(papers: Paper[], index: number): string {
+  const { authors } = papers[index] as Paper;
+  const same = papers.flatMap((paper, i) => (paper.authors === authors ? [i] : []));
+  return same.length > 1 ? authors + String.fromCharCode(97 + same.indexOf(index)) : authors;
+}
+
 export class Gallery {
   readonly element: HTMLDialogElement;
   readonly runner: Runner;
@@ -53,10 +60,10 @@ export class Gallery {
     this.#body.replaceChildren(...sections);
     this.#chapters.replaceChildren(
       ...papers.map((paper, i) =>
-        h('button.quiet', { type: 'button', onclick: () => {
+        h('button.quiet', { type: 'button', title: paper.title, onclick: () => {
           sections[i]?.scrollIntoView({ block: 'start' });
           sections[i]?.querySelector('h3')?.focus({ preventScroll: true });
-        } }, paper.authors),
+        } }, cited(papers, i)),
       ),
     );
     const all = papers.flatMap(ids);

@@ -15,6 +15,7 @@ const rules = [
   'settled',
   'speed gained',
   'turning',
+  'fixes stay',
 ] as const;
 
 /** What each rule means, in words. */
@@ -32,6 +33,7 @@ const because = [
   'force and jerk have been quiet for a launch window more, and so has the sway of late',
   'the forward force has gained speed since the last rest',
   'the mean yaw rate says that the car turns',
+  'satellite fixes stay in their place, whatever shakes the car',
 ] as const;
 
 export const motion = {
@@ -45,6 +47,7 @@ export const motion = {
     figures: (text: string) => `: ${text}.`,
     rest: (fd: string, seconds: string) => `Rest ends when FD exceeds ${fd}, or JD and TD both stay above theirs${seconds === '' ? '' : ` for ${seconds} s`}, or the car gains speed or turns.`,
     restPaper: (fd: string) => `Rest ends when FD exceeds ${fd}.`,
+    restByFixes: 'Rest ends when the car gains speed or turns, or when it is shaken and the fixes no longer stay.',
     moving: (held: string) => `Rest needs JD, TD and FD all at or below theirs; ${held}.`,
     above: (names: string) => `${names} ${names.includes(' ') ? 'are' : 'is'} above now`,
     quiet: 'none is above now',

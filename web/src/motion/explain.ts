@@ -11,7 +11,7 @@ export const STATISTICS: readonly Statistic[] = ['jd', 'td', 'fd', 'yd'];
 export const UNITS: Record<Statistic, string> = { jd: 'm/s^2', td: 'rad/s', fd: 'm/s^2', yd: 'rad/s' };
 
 /** Codes of the column `rule`. */
-export const RULES = { keep: 0, force: 1, activity: 2, stop: 3, cornerBegins: 4, cornerEnds: 5, wheelsTurn: 6, learning: 7, filling: 8, wheelsStand: 9, settled: 10, speedGained: 11, turns: 12 } as const;
+export const RULES = { keep: 0, force: 1, activity: 2, stop: 3, cornerBegins: 4, cornerEnds: 5, wheelsTurn: 6, learning: 7, filling: 8, wheelsStand: 9, settled: 10, speedGained: 11, turns: 12, fixesStay: 13 } as const;
 
 /** A statistic and what it was compared with. */
 export interface Pair {
@@ -123,13 +123,14 @@ export function explain(decision: Decision | null, now: Moment, settings: Settin
   const why = say.because[decision.rule] ?? '';
   const what = figures(decision, display);
   const head = Number.isFinite(decision.from) || decision.rule !== RULES.keep ? say.explain.since(name, label(decision.time), lasted, why) : say.explain.start(name, lasted);
-  return [`${head}${what === '' ? '.' : say.explain.figures(what)}`, ...whatNext(decision.to, now, settings, display)];
+  return [`${head}${what === '' ? '.' : say.explain.figures(what)}`, ...whatNext(decision, now, settings, display)];
 }
 
-function whatNext(mode: number, now: Moment, settings: Settings, display: Display): string[] {
+function whatNext({ to: mode, rule: told }: Decision, now: Moment, settings: Settings, display: Display): string[] {
   const { explain: texts } = say;
   const { statistics, rule } = now;
   if (rule === RULES.learning) return [texts.learning];
+  if (mode === 0 && told === RULES.fixesStay) return [texts.restByFixes];
   if (mode === 0) {
     const fd = shown('fd', statistics.fd.threshold, display);
     return [settings.escapeTime > 0 ? texts.rest(fd, formatSignificant(settings.escapeTime, 2)) : texts.restPaper(fd)];

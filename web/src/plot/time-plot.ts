@@ -198,6 +198,6 @@ function isPower(value: number): boolean {
 }
 
 function powerLabel(value: number): string {
-  if (value >= 0.01 && value < 10_000) return String(Number(value.toPrecision(3)));
+  if (value >= 0.0001 && value < 100_000) return String(Number(value.toPrecision(3)));
   return value.toExponential(0).replace('e+', 'e').replace('-', '−');
 }

@@ -18,6 +18,8 @@ export interface HeaderActions {
 }
 
 let nextId = 0;
+/** Pages narrower than this, px, have menus that begin at the left. */
+const PHONE = 560;
 
 /** A button with a panel that opens under it and closes by Escape or a click elsewhere; one of a given `width`, px, opens to the right. */
 export function menu(label: string, content: HTMLElement, width?: number): HTMLElement {
@@ -29,8 +31,10 @@ export function menu(label: string, content: HTMLElement, width?: number): HTMLE
   content.addEventListener('beforetoggle', () => {
     const box = button.getBoundingClientRect();
     content.style.top = `${box.bottom + 4}px`;
-    if (width !== undefined) content.style.left = `max(8px, min(${box.left}px, 100vw - ${width + 8}px))`;
-    else content.style.right = `${Math.max(8, document.documentElement.clientWidth - box.right)}px`;
+    const { clientWidth } = document.documentElement;
+    if (clientWidth < PHONE) content.style.inset = `${box.bottom + 4}px auto auto 8px`;
+    else if (width !== undefined) content.style.left = `max(8px, min(${box.left}px, 100vw - ${width + 8}px))`;
+    else content.style.right = `${Math.max(8, clientWidth - box.right)}px`;
   });
   return h('div.menu-holder', {}, button, content);
 }

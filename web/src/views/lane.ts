@@ -194,9 +194,9 @@ export class Lane {
   /** Show the values at the cursor; `values` holds value and sigma for each of `shown()`. */
   showValues(values: { curve: CurveSpec; value: number; sigma: number }[]): void {
     const display = this.#store.display.value;
-    const { quantity, isLog } = this.spec;
+    const { quantity, isLog, least } = this.spec;
     const reachOf = (sigma: number): number => convertDifference(quantity, 3 * sigma, display);
-    const digits = digitsWithin(values.map((v) => reachOf(v.sigma)), digitsOf(quantity, display));
+    const digits = digitsWithin(values.map((v) => reachOf(v.sigma)), digitsOf(quantity, display, least));
     for (const entry of this.#entries) {
       const found = values.find((v) => v.curve === entry.curve);
       if (!found) {

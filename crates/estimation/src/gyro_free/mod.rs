@@ -44,7 +44,7 @@ params! {
         zero_reference (""): toggle = true, from "SPEC motion 3.3";
         /// Whether the mode's thresholds follow the noise floor at rest.
         adaptive (""): toggle = true, from "SPEC motion 1";
-        /// Whether turning wheels (in a log without: satellites) contradict rest.
+        /// Whether turning wheels contradict rest (in a log without: satellites, and fixes that stay tell it).
         use_speed (""): toggle = true, from "ours, as in motion_mode";
     }
 }
@@ -124,6 +124,7 @@ impl Estimator for GyroFree {
             why: "holds the yaw rate; without it corners are read too small",
         },
         Need { signal: Signal::ForwardSpeed, required: false, why: "turning wheels contradict rest" },
+        Need { signal: Signal::GnssPosition, required: false, why: "without wheels, fixes that stay tell rest" },
     ];
     const VEHICLE: &'static str = "saloon";
     type Params = GyroFreeParams;

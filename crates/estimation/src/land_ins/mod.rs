@@ -98,7 +98,11 @@ impl Estimator for LandIns {
             why: "its course gives the heading, unless `initial_yaw` does",
         },
         Need { signal: Signal::Mag, required: false, why: "gives a heading at the start, where satellites do not" },
-        Need { signal: Signal::GnssPosition, required: false, why: "with `gnss`, holds the position" },
+        Need {
+            signal: Signal::GnssPosition,
+            required: false,
+            why: "with `gnss`, holds the position; without wheels, fixes that stay tell rest",
+        },
     ];
     const VEHICLE: &'static str = "saloon";
     type Params = LandInsParams;

@@ -26,7 +26,7 @@ params! {
         initial_yaw (""): optional, "rad", -7.0 ..= 7.0, from "SPEC motion 2";
         /// Whether the mode's thresholds follow the noise floor at rest.
         adaptive (""): toggle = true, from "SPEC motion 1";
-        /// Whether turning wheels (in a log without: satellites) contradict rest.
+        /// Whether turning wheels contradict rest (in a log without: satellites, and fixes that stay tell it).
         use_speed (""): toggle = true, from "ours, as in motion_mode";
         /// Time at rest that is spent on levelling and gyro biases before the navigator starts.
         align_time ("t_align"): number = 5.0, "s", 0.5 ..= 60.0 Linear, from "SPEC motion 2";

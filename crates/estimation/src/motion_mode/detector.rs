@@ -23,6 +23,13 @@ const SETTLING: f64 = 1.0;
 /// How far the sway of a settled body may still lie above its threshold: what is left of rocking, and a noisy sensor.
 const NEARLY_STILL: f64 = 1.5;
 
+/// How far above the fixed thresholds an engine may shake a car whose fixes stay.
+const BEARABLE: f64 = 4.0;
+
+/// Times after a launch for which fixes that stay do not take it back, s: where the force has gained no speed since, and where
+/// that is not known.
+const DOUBT: [f64; 2] = [1.0, 3.0];
+
 /// Time after which the spread of the force is believed, s.
 const SPREAD_TIME: f64 = 0.5;
 
@@ -99,6 +106,8 @@ pub struct Detector {
     settled_rows: usize,
     /// Mean yaw rate above which the car does not stand, rad/s; infinite where the gyro's bias is not known.
     turning: f64,
+    /// The most that a standing car may be shaken.
+    bearable: Thresholds,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -120,8 +129,11 @@ impl Detector {
             yaw_off: params.yaw_off,
             // A tie between the escape time and a whole number of steps belongs to that number.
             settling_rows: rows(SETTLING),
+            doubt_rows: DOUBT.map(rows),
             escape_rows: (params.escape_time / step - 1e-6).ceil().clamp(0.0, LONGEST_WINDOW) as usize,
         };
+        let thresholds =
+            Thresholds { jerk: params.jd_threshold, tilt_rate: params.td_threshold, force_step: params.fd_threshold };
         let learning = (needed > 0 && !starts_moving).then(|| Learning {
             needed,
             count: 0,
@@ -155,10 +167,11 @@ impl Detector {
                 floor: None,
             }),
             learning,
-            thresholds: Thresholds {
-                jerk: params.jd_threshold,
-                tilt_rate: params.td_threshold,
-                force_step: params.fd_threshold,
+            thresholds,
+            bearable: Thresholds {
+                jerk: BEARABLE * thresholds.jerk,
+                tilt_rate: BEARABLE * thresholds.tilt_rate,
+                force_step: BEARABLE * thresholds.force_step,
             },
             rules: Rules::new(settings, if starts_moving { MotionMode::Straight } else { MotionMode::Stationary }),
         }
@@ -251,6 +264,8 @@ impl Detector {
             } else {
                 (statistics.yaw_rate.abs() > self.turning).then_some(Rule::Turns)
             },
+            has_gained: self.gain.has_gained(),
+            is_bearable: self.bearable.indicator(&statistics) == 1 && statistics.force_step <= self.bearable.force_step,
         });
         if rested && self.rules.mode != MotionMode::Stationary {
             self.gain.launch();

@@ -62,9 +62,18 @@ impl SpeedGain {
 
     /// Rest ended at this row, or seemed to.
     pub(super) fn launch(&mut self) {
-        if self.trusted == 0 && self.rows_at_rest as f64 * self.step >= SHORTEST_REST {
+        if self.trusted == 0 && self.is_reference_known() {
             self.trusted = (TRUSTED_TIME / self.step) as usize;
         }
+    }
+
+    /// Whether some speed has been gained, half of what contradicts rest, at rest or since it; `None` where that is not known.
+    pub(super) fn has_gained(&self) -> Option<bool> {
+        (self.trusted > 0 || self.is_reference_known()).then_some(self.gained.abs() > 0.5 * self.smallest)
+    }
+
+    fn is_reference_known(&self) -> bool {
+        self.rows_at_rest as f64 * self.step >= SHORTEST_REST
     }
 
     /// Whether the car has gained too much speed to stand, for long enough.

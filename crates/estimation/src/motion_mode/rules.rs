@@ -49,9 +49,11 @@ pub enum Rule {
     SpeedGained,
     /// The car turns: the mode left rest, or did not come to it.
     Turns,
+    /// Motion ended, or what seemed a launch: satellite fixes stay in their place, whatever shakes the car.
+    FixesStay,
 }
 
-/// What the wheels say.
+/// What the wheels say, or satellites in a log that has none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WheelState {
     /// Nothing that decides.
@@ -60,6 +62,8 @@ pub enum WheelState {
     Turn,
     /// All four have stood still for a while.
     Stand,
+    /// There are none, and satellite fixes have stayed in their place for a while.
+    Stay,
 }
 
 impl Rule {
@@ -111,6 +115,8 @@ pub(super) struct Settings {
     pub(super) escape_rows: usize,
     /// Rows after a stop that the wheels told, in which a car that still rocks does not launch while they stand.
     pub(super) settling_rows: usize,
+    /// Rows after a launch in which fixes that stay do not take it back, where no speed has been gained and otherwise.
+    pub(super) doubt_rows: [usize; 2],
 }
 
 /// What else a row brings.
@@ -126,6 +132,10 @@ pub(super) struct Row {
     pub(super) is_settled: bool,
     /// What else contradicts rest: [`Rule::SpeedGained`] or [`Rule::Turns`].
     pub(super) contradiction: Option<Rule>,
+    /// Whether some speed has been gained, at rest or since it, as far as that is known.
+    pub(super) has_gained: Option<bool>,
+    /// Whether a standing car may be shaken like this.
+    pub(super) is_bearable: bool,
 }
 
 /// The mode, and the little memory that the rules have.
@@ -138,11 +148,28 @@ pub(super) struct Rules {
     settling: usize,
     /// Whether the wheels have turned since they last told a stop or the car left them standing.
     have_turned: bool,
+    /// Rows since the last launch.
+    moving_rows: usize,
+    /// Whether fixes told the present rest: the engine's shaking does not end it while they stay.
+    is_shaken: bool,
+    /// Whether fixes stay where they are although the car has gone: the receiver holds them.
+    has_gone: bool,
 }
 
 impl Rules {
     pub(super) fn new(settings: Settings, mode: MotionMode) -> Self {
-        Self { settings, mode, last_moving: MotionMode::Straight, active_rows: 0, settling: 0, have_turned: false }
+        Self {
+            settings,
+            mode,
+            last_moving: MotionMode::Straight,
+            active_rows: 0,
+            settling: 0,
+            have_turned: false,
+            // In motion since before the log.
+            moving_rows: settings.doubt_rows[1],
+            is_shaken: false,
+            has_gone: false,
+        }
     }
 
     /// What the magnitude of the yaw rate is compared with at the next row, rad/s.
@@ -153,6 +180,8 @@ impl Rules {
     /// Decide one row and say by which rule; where two fire, the later one.
     pub(super) fn decide(&mut self, row: &Row) -> Rule {
         self.have_turned |= row.wheels == WheelState::Turn;
+        let goes = row.contradiction.is_some() || row.statistics.yaw_rate.abs() > self.settings.yaw_on;
+        self.has_gone = row.wheels == WheelState::Stay && (self.has_gone || goes);
         let mut rule = if self.mode == MotionMode::Stationary { self.leave_rest(row) } else { self.come_to_rest(row) };
         if self.mode != MotionMode::Stationary {
             let yaw_rate = row.statistics.yaw_rate.abs();
@@ -176,6 +205,10 @@ impl Rules {
             return Rule::Keep;
         }
         self.active_rows = if row.indicator == 3 { self.active_rows + 1 } else { 0 };
+        let is_held = self.is_shaken && self.fixes_tell_rest(row) && row.has_gained != Some(true);
+        if is_held && row.contradiction.is_none() {
+            return Rule::Keep;
+        }
         let rule = if row.statistics.force_step > row.force_step_threshold {
             Rule::LaunchByForce
         } else if self.settings.escape_rows > 0 && self.active_rows >= self.settings.escape_rows {
@@ -188,9 +221,14 @@ impl Rules {
             return Rule::Keep;
         };
         (self.mode, self.last_moving, self.active_rows) = (MotionMode::Straight, MotionMode::Straight, 0);
+        (self.moving_rows, self.is_shaken) = (0, false);
         // A launch from standing wheels is believed before they begin to read.
         self.have_turned &= row.wheels != WheelState::Stand;
         rule
+    }
+
+    fn fixes_tell_rest(&self, row: &Row) -> bool {
+        row.wheels == WheelState::Stay && row.is_bearable && !self.has_gone
     }
 
     fn come_to_rest(&mut self, row: &Row) -> Rule {
@@ -199,6 +237,13 @@ impl Rules {
             self.have_turned = false;
             (self.mode, self.settling, self.active_rows) = (MotionMode::Stationary, self.settings.settling_rows, 0);
             return Rule::WheelsStand;
+        }
+        self.moving_rows = self.moving_rows.saturating_add(1);
+        let [gained_nothing, gain_unknown] = self.settings.doubt_rows;
+        let doubt = if row.has_gained == Some(false) { gained_nothing } else { gain_unknown };
+        if self.moving_rows >= doubt && row.contradiction.is_none() && self.fixes_tell_rest(row) {
+            (self.mode, self.is_shaken, self.active_rows) = (MotionMode::Stationary, true, 0);
+            return Rule::FixesStay;
         }
         let is_quiet = row.indicator == 1 || row.is_settled;
         if row.statistics.force_step > row.force_step_threshold || !is_quiet {
@@ -222,7 +267,8 @@ impl Rules {
 mod tests {
     use super::*;
 
-    const SETTINGS: Settings = Settings { yaw_on: 0.05, yaw_off: 0.035, escape_rows: 3, settling_rows: 2 };
+    const SETTINGS: Settings =
+        Settings { yaw_on: 0.05, yaw_off: 0.035, escape_rows: 3, settling_rows: 2, doubt_rows: [4, 8] };
     const QUIET: Row = Row {
         statistics: Statistics { jerk: 0.0, tilt_rate: 0.0, force_step: 0.0, yaw_rate: 0.0 },
         indicator: 1,
@@ -231,6 +277,8 @@ mod tests {
         is_full: true,
         is_settled: false,
         contradiction: None,
+        has_gained: None,
+        is_bearable: true,
     };
 
     fn with(force_step: f64, yaw_rate: f64, indicator: u8) -> Row {
@@ -330,5 +378,27 @@ mod tests {
         assert_eq!(rules.mode, MotionMode::Stationary);
         assert_eq!(rules.decide(&rocking(WheelState::Stand)), Rule::LaunchByForce, "settled: the force counts again");
         assert_eq!(rules.decide(&rocking(WheelState::Stand)), Rule::Keep, "and they do not take the launch back");
+    }
+
+    /// Catches a launch taken back as soon as it is told, an engine that ends the rest that fixes told, and one that no longer
+    /// ends when speed is gained or the fixes go on.
+    #[test]
+    fn fixes_that_stay_take_a_launch_back_and_hold_rest_until_speed_is_gained() {
+        let shaken = |has_gained| Row { wheels: WheelState::Stay, has_gained, ..with(0.2, 0.0, 3) };
+        for (has_gained, rows) in [(Some(false), 4), (None, 8), (Some(true), 8)] {
+            let mut rules = Rules::new(SETTINGS, MotionMode::Stationary);
+            assert_eq!(rules.decide(&shaken(has_gained)), Rule::LaunchByForce, "rest that nothing shook ends as ever");
+            assert!((1..rows).all(|_| rules.decide(&shaken(has_gained)) == Rule::Keep));
+            assert_eq!((rules.decide(&shaken(has_gained)), rules.mode), (Rule::FixesStay, MotionMode::Stationary));
+            assert!((0..20).all(|_| rules.decide(&shaken(Some(false))) == Rule::Keep));
+            let (mut gained, mut gone, mut violent) = (rules, rules, rules);
+            assert_eq!(gained.decide(&shaken(Some(true))), Rule::LaunchByForce);
+            assert_eq!(gone.decide(&Row { wheels: WheelState::Unknown, ..shaken(None) }), Rule::LaunchByForce);
+            assert_eq!(violent.decide(&Row { is_bearable: false, ..shaken(None) }), Rule::LaunchByForce);
+            // A turn shows that the receiver holds its place: from there on it is not believed until the fixes go on.
+            rules.decide(&Row { contradiction: Some(Rule::Turns), ..with(0.0, 0.1, 3) });
+            rules.decide(&Row { wheels: WheelState::Stay, ..with(0.0, 0.1, 3) });
+            assert!((0..50).all(|_| rules.decide(&shaken(None)) != Rule::FixesStay));
+        }
     }
 }

@@ -326,3 +326,77 @@ fn a_log_of_any_rate_has_windows_of_at_least_one_row() {
         }
     }
 }
+
+/// A car with a loud engine, from 8 s on: it stands to 25 s, drives 3 m/s to 45 s and stands again. Its fixes are late by half
+/// a second, or repeat the first place.
+fn loud(params: &MotionModeParams, fixes: bool, is_frozen: bool) -> Vec<MotionModeEstimate> {
+    let mut d = detector(params, &START);
+    let speed = |t: f64| (0.6 * (t - 25.0)).clamp(0.0, 3.0).min((45.0 - t).max(0.0));
+    let mut place = [0.0; 2];
+    let mut rows = Vec::new();
+    for k in 0..6500 {
+        let t = 0.01 * k as f64;
+        if t > 0.5 {
+            place[0] += 0.01 * speed(t - 0.5);
+        }
+        if fixes && k % 100 == 50 {
+            let north = if is_frozen { 0.0 } else { place[0] } + 0.02 * (1.1 * t).sin();
+            let gnss = drivescope_drive::signals::Gnss { north, east: 0.0, ..Default::default() };
+            assert_eq!(d.step(&Epoch { time: t - 0.005, gnss: Some(gnss), ..Epoch::default() }).unwrap(), None);
+        }
+        // A little more while it rolls, as a smooth road adds to an engine.
+        let shake = if t < 8.0 { 0.01 } else { 0.12 } + if speed(t) > 0.0 { 0.03 } else { 0.0 };
+        let row = imu(k, shake);
+        let row = Imu { accel_x: row.accel_x + 100.0 * (speed(t) - speed(t - 0.01)), ..row };
+        rows.push(d.step(&epoch(k, row)).unwrap().unwrap());
+    }
+    rows
+}
+
+/// Catches an engine that ends rest for good, a launch that waits for fixes, and rest told of a car that has left a place which
+/// its receiver holds.
+#[test]
+fn fixes_that_stay_tell_rest_whatever_the_engine_shakes() {
+    let params = MotionModeParams::default();
+    let rests = |rows: &[MotionModeEstimate], from: usize, to: usize| {
+        rows[100 * from..100 * to].iter().filter(|e| e.mode == 0.0).count() as f64 / (100.0 * (to - from) as f64)
+    };
+    let alone = loud(&params, false, false);
+    assert_eq!(
+        (rests(&alone, 10, 25), rests(&alone, 50, 65)),
+        (0.0, 0.0),
+        "the engine shakes it beyond what was learned"
+    );
+    let told = loud(&params, true, false);
+    assert_eq!((rests(&told, 10, 25), rests(&told, 26, 45), rests(&told, 49, 65)), (1.0, 0.0, 1.0));
+    let began = told[800..1000].iter().filter(|e| e.mode > 0.0).count();
+    assert!(began <= 110, "the engine's start is taken for a launch for {began} rows");
+    assert!(told[1000..].iter().any(|e| e.rule == Rule::FixesStay.code()));
+    let frozen = loud(&params, true, true);
+    assert_eq!((rests(&frozen, 10, 25), rests(&frozen, 27, 65)), (1.0, 0.0), "it has gone from where it seems to be");
+    for (params, fixes) in [(fixed(), true), (MotionModeParams { use_speed: false, ..params }, true)] {
+        assert_eq!(loud(&params, fixes, false), loud(&params, false, false), "switched off");
+    }
+}
+
+/// Catches fixes that are heard beside wheels: a simulated drive with wheels must come out as before.
+#[test]
+fn fixes_say_nothing_beside_wheels() {
+    let mut drive = Drive::default();
+    for k in 0..2000 {
+        let time = k as f64 * 0.01;
+        drive.imu.push(time, imu(k, if k < 800 { 0.01 } else { 0.12 })).unwrap();
+        if k % 10 == 0 {
+            drive.wheels.push(time, Wheels { speed: 0.0, ..Wheels::default() }).unwrap();
+        }
+    }
+    let before = detect(&drive, &MotionModeParams::default());
+    for k in 0..20 {
+        let fix = drivescope_drive::signals::Gnss { north: 0.0, east: 0.0, ..Default::default() };
+        drive.gnss.push(f64::from(k) + 0.003, fix).unwrap();
+    }
+    assert_eq!(detect(&drive, &MotionModeParams::default()), before);
+    drive.wheels = Channel::default();
+    let last = |run: &Channel<MotionModeEstimate>| run.at(1999).1.mode;
+    assert_eq!((last(&before), last(&detect(&drive, &MotionModeParams::default()))), (1.0, 0.0));
+}
