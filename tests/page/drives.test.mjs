@@ -94,6 +94,41 @@ test('a seed changes the noise, is part of the address, and brings the same numb
   await again.context.close();
 });
 
+test('an address that is changed opens its drive, keeps saying so while it opens, and a name that is none is told', async () => {
+  const { page, context, errors } = await open(stage.browser, stage.url);
+  await page.waitForFunction(() => document.querySelector('.drive-chooser')?.dataset.drive === 'city_hills');
+  // While one drive is being opened the address is that of this one: a reload then opened the drive before.
+  const after = await page.evaluate(async () => {
+    location.hash = '#drive=motorway_bank&seed=7&room=road';
+    await new Promise((resolve) => addEventListener('hashchange', () => setTimeout(resolve, 0), { once: true }));
+    return [location.hash, document.querySelector('.drive-chooser').dataset.drive];
+  });
+  assert.deepEqual(after, ['#drive=motorway_bank&seed=7&room=road', 'city_hills']);
+  await page.reload();
+  await page.waitForFunction(() => document.querySelector('.drive-chooser')?.dataset.drive === 'motorway_bank');
+  assert.match(page.url(), /#drive=motorway_bank&seed=7&room=road$/);
+
+  // There and back before the first has opened: the last word counts.
+  await page.evaluate(async () => {
+    for (const hash of ['#drive=u_drive', '#drive=motorway_bank&seed=7']) {
+      location.hash = hash;
+      await new Promise((resolve) => addEventListener('hashchange', () => setTimeout(resolve, 0), { once: true }));
+    }
+  });
+  await page.locator('.status[data-state="idle"]').waitFor({ state: 'attached', timeout: 60_000 });
+  assert.equal(await page.locator('.drive-chooser').getAttribute('data-drive'), 'motorway_bank');
+
+  await page.evaluate(() => {
+    location.hash = '#drive=nowhere';
+  });
+  await page.getByText('“nowhere”').waitFor();
+  const other = await open(stage.browser, `${stage.url}#drive=nowhere`);
+  await other.page.getByText('“nowhere”').waitFor();
+  assert.deepEqual([...errors, ...other.errors], []);
+  await other.context.close();
+  await context.close();
+});
+
 test('an hour is looked at and tuned while it grows, says how far it has come, and can be stopped', async () => {
   const { page, context, errors } = await open(stage.browser, stage.url);
   await estimated(page);

@@ -25,6 +25,8 @@ test('a J-turn is driven with and without control, a slider drives it again, and
   assert.ok(Math.abs((await figure(page, /Largest lateral acceleration/)) - 0.15) < 0.002);
   assert.ok(Math.abs((await figure(page, /Largest lateral acceleration/, 1)) - 0.2) < 0.003);
   assert.ok(await dialog.locator('[data-trace="brakes"]').isVisible(), 'brakes are at work');
+  // No ring, no path, no obstacle; the place is known exactly.
+  assert.deepEqual(await dialog.locator('.loop-keys .key').allTextContents(), ['driven', 'compared']);
 
   await dialog.getByRole('slider', { name: 'lateral limit' }).focus();
   for (let i = 0; i < 5; i++) await page.keyboard.press('PageDown');
@@ -45,6 +47,8 @@ test('the obstacle course passes the post, says so at the instant, and has no se
     assert.ok((await figure(page, /Least distance to an obstacle/)) > 0.5);
     await page.getByRole('slider', { name: 'Time', exact: true }).fill('190');
     assert.equal(await page.locator('.loops .map-readout').textContent(), 'round an obstacle');
+    const keys = await page.locator('.loop-keys .key').allTextContents();
+    for (const key of ['as known', 'path', 'obstacle', 'ultrasonic ring', 'chosen direction']) assert.ok(keys.includes(key), `${key} of ${keys}`);
     await page.addScriptTag({ path: axePath });
     const { violations } = await page.evaluate(() => globalThis.axe.run('dialog.loops'));
     const serious = violations.filter((v) => ['serious', 'critical'].includes(v.impact));

@@ -180,6 +180,35 @@ test('the statistics of ranges have their interval, which narrows with the satel
   await context.close();
 });
 
+test('a fault is proposed as a step, a place fails by metres, and a clock jump says what it needs', async () => {
+  const { page, context, errors } = await enter({}, 'drive=u_drive&room=navigation');
+  const faults = view(page, 'faults');
+  const form = faults.locator('form');
+  const seconds = (text) => text.split(':').reduce((sum, part) => 60 * sum + Number(part), 0);
+  const [from, to] = [seconds(await form.getByLabel('from', { exact: true }).inputValue()), seconds(await form.getByLabel('to', { exact: true }).inputValue())];
+  assert.ok(from > 10 && Math.abs(to - 2 * from) < 0.3, `${from} to ${to} s is the middle third`);
+  assert.equal(await form.locator('option[value="clock_jump"]').isDisabled(), true);
+  assert.match(await form.locator('option[value="clock_jump"]').getAttribute('title'), /ranges/);
+  await faults.getByText(/A clock jump needs ranges/).waitFor();
+
+  await page.locator('.add-window').getByLabel('From', { exact: true }).fill('0:20');
+  await page.locator('.add-window').getByLabel('To', { exact: true }).fill('0:35');
+  await page.locator('.add-window').getByRole('button', { name: 'Add' }).click();
+  await page.waitForFunction(() => document.querySelector('.fault-form .time-field').value === '0:20.0');
+
+  const amount = form.getByLabel(/Amount/);
+  for (const [signal, words] of [['gnss_lat', /gnss_lat 10\.0 m, 0:20\.0 to 0:35\.0/], ['gnss_lon', /gnss_lon 10\.0 m/]]) {
+    await form.getByLabel('Signal that fails').selectOption(signal);
+    assert.equal(await amount.inputValue(), '10');
+    assert.match(await amount.getAttribute('aria-label'), /in m$/);
+    await form.getByRole('button', { name: 'Put it in' }).click();
+    await faults.locator('li').getByText(words).waitFor();
+  }
+  await idle(page);
+  assert.deepEqual(errors, []);
+  await context.close();
+});
+
 test('a fault is put in, seen in every room, makes results worse, and can be taken out again', async () => {
   const { page, context, errors } = await enter();
   const rmse = async () => Number(/position RMSE (?:[0-9.]+ → )?([0-9.]+)/.exec(await page.locator('.headline').textContent())[1]);

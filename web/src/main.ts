@@ -207,6 +207,12 @@ listenToKeys(store, {
   fitMap: () => trajectory.fit(),
 });
 
+/** Say so where an address names a drive that there is not. */
+function tellUnknown(hash: string): void {
+  const name = new URLSearchParams(hash.slice(1)).get('drive');
+  if (name !== null) store.error.value = t.drives.unknown(name);
+}
+
 async function start(): Promise<void> {
   const catalogue = await session.rpc.call('catalogue', {});
   const address = fromHash(location.hash, catalogue);
@@ -223,10 +229,14 @@ async function start(): Promise<void> {
     store.over.value = over ?? 'time';
     history.push(tuning);
     store.tuning.value = tuning;
-    if (drive !== null && (drive !== store.builtIn.value?.name || seed !== store.builtIn.value.seed)) void openBuiltIn(drive, seed);
+    const now = store.coming.value ?? store.builtIn.value;
+    if (drive !== null && (drive !== now?.name || seed !== now.seed)) void openBuiltIn(drive, seed);
+    if (drive === null) tellUnknown(hash);
   });
   const first = address.drive ?? catalogue.drives[0]?.name;
+  const hash = location.hash;
   if (first !== undefined) await openBuiltIn(first, address.seed);
+  if (address.drive === null) tellUnknown(hash);
 }
 
 start().catch(tell);

@@ -53,14 +53,15 @@ export class Session {
       if (this.#opening === pending) store.work.value = { label, progress, cancel: pending.cancel };
     });
     this.#opening = pending;
+    const builtIn = request.kind === 'simulation' && request.composed === null ? { name: request.name, seed: request.seed } : null;
+    store.coming.value = builtIn;
     store.work.value = { label, progress: null, cancel: pending.cancel };
     store.error.value = null;
     store.offer.value = null;
     try {
       const report = await pending.answer;
       for (const runner of this.#runners.values()) runner.tuned = null;
-      const isBuiltIn = request.kind === 'simulation' && request.composed === null;
-      store.builtIn.value = isBuiltIn ? { name: request.name, seed: request.seed } : null;
+      store.builtIn.value = builtIn;
       store.opened.value = request;
       store.openDrive(report);
       if (report.is_partial && request.kind === 'simulation') {
@@ -83,6 +84,7 @@ export class Session {
     } finally {
       if (this.#opening === pending) {
         this.#opening = null;
+        store.coming.value = null;
         store.work.value = null;
       }
     }

@@ -71,6 +71,8 @@ export class Store {
   /** What the open drive was opened with. */
   readonly opened = new Signal<OpenRequest | null>(null);
   readonly builtIn = new Signal<{ name: string; seed: number | null } | null>(null);
+  /** The built-in drive that is being opened: the address already tells it. */
+  readonly coming = new Signal<{ name: string; seed: number | null } | null>(null);
 
   readonly span = new Signal<Span>({ t0: 0, t1: 1 });
   readonly window = new Signal<Span>({ t0: 0, t1: 1 });

@@ -117,6 +117,12 @@ export function digitsOf(quantity: Quantity, display: Display, least = 1): numbe
   return quantity === 'grade' ? 2 : 1;
 }
 
+/** Digits after the point with which each of these reaches shows two that count; at least `least`. */
+export function digitsWithin(reaches: readonly number[], least: number): number {
+  const needed = reaches.filter((reach) => reach > 0 && reach < Infinity).map((reach) => 1 - Math.floor(Math.log10(reach)));
+  return Math.min(8, Math.max(least, ...needed));
+}
+
 /** Seconds as `m:ss.s`, or `h:mm:ss.s`. */
 export function formatTime(seconds: number, digits = 1): string {
   if (!Number.isFinite(seconds)) return '–';

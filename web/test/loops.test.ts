@@ -1,6 +1,7 @@
 import { beforeEach, expect, test } from 'vitest';
 import type { Driven, FromWorker, LoopCatalogue, ToWorker, Wanted } from '../src/loops/door';
 import { Runner, specsOf } from '../src/loops/runner';
+import { carSize, keysOf } from '../src/loops/stage';
 
 /** A worker whose answers the test gives. */
 class FakeWorker {
@@ -77,4 +78,33 @@ test('parameters begin with what shapes the loop, at the loop\'s own values', ()
   };
   const specs = specsOf(catalogue, { name: 'j_turn', title: '', doc: '', settings: { speed: 5, eta: 1 } });
   expect(specs.map((s) => [s.name, 'default' in s ? s.default : null])).toEqual([['eta', 1], ['speed', 5]]);
+});
+
+/** A loop with one row and what a test adds to it. */
+function drivenLoop(more: Partial<Driven>): Driven {
+  const rows = (columns: Record<string, number[]>): Driven['car'] => ({ time: Float64Array.of(0), columns: Object.fromEntries(Object.entries(columns).map(([name, values]) => [name, Float64Array.from(values)])) });
+  const car = rows({ north: [1], known_north: [1], brake_fl: [0], brake_fr: [0], brake_rl: [0], brake_rr: [0] });
+  return { name: 'j_turn', settings: {}, summary: {}, hasFailed: false, car, guidance: rows({}), magnitudes: new Float64Array(), blocked: new Uint8Array(), path: new Float64Array(), obstacles: new Float64Array(), size: Float64Array.of(0.4, -0.4, 0.8), ...more };
+}
+
+test('the legend names what is drawn and nothing else', () => {
+  const turn = drivenLoop({});
+  expect(keysOf(turn, null).map(([key]) => key)).toEqual(['way']);
+  expect(keysOf(turn, turn).map(([key]) => key)).toEqual(['way', 'compared']);
+  const columns = { target_north: Float64Array.of(3), chosen_direction: Float64Array.of(0.1), range_1: Float64Array.of(Number.NaN), range_2: Float64Array.of(4) };
+  const guidance = { time: Float64Array.of(0), columns };
+  const course = { guidance, path: Float64Array.of(0, 0, 1, 0), obstacles: Float64Array.of(5, 0, 0.2), car: { time: Float64Array.of(0), columns: { north: Float64Array.of(1), known_north: Float64Array.of(1.1) } } };
+  // A range of 4 m is that of an axis without an echo.
+  expect(keysOf(drivenLoop(course), null).map(([key]) => key)).toEqual(['way', 'known', 'path', 'obstacle', 'chosen', 'target']);
+  columns.range_2[0] = 2;
+  expect(keysOf(drivenLoop({ ...course, blocked: Uint8Array.of(0, 1) }), null).map(([key]) => key)).toEqual(['way', 'known', 'path', 'obstacle', 'ring', 'blocked', 'chosen', 'target']);
+});
+
+test('a small vehicle is drawn small, a saloon as a saloon, and both can be seen from afar', () => {
+  const [small, saloon] = [Float64Array.of(0.8, 0, 0.8), Float64Array.of(1.1562, -1.42272, 1.39)];
+  expect(carSize(small, 40).length).toBeCloseTo(1.28, 6);
+  // A BMW 320i of those years is 4.2 to 4.4 m long and 1.65 m wide.
+  expect(carSize(saloon, 40)).toMatchObject({ length: expect.closeTo(4.13, 1), width: expect.closeTo(1.67, 1), scale: 40 });
+  const far = carSize(small, 2);
+  expect(far.length * far.scale).toBeCloseTo(20, 6);
 });

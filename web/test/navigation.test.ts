@@ -2,7 +2,7 @@ import { expect, test } from 'vitest';
 import { meanQuantile } from '../src/navigation/curves';
 import type { Blind, Drift } from '../src/navigation/door';
 import { driftAt, driftText } from '../src/navigation/drift-table';
-import { isPossible, makeFault, signalsFor, signalUnit, usualAmount } from '../src/navigation/fault-kinds';
+import { isPossible, makeFault, metresPer, proposedSpan, signalsFor, signalUnit, usualAmount } from '../src/navigation/fault-kinds';
 import { distanceOf, worstOf, yawOf } from '../src/navigation/sweep';
 import { dragged, moved, parseTime, tidy, windowAt, windowOf } from '../src/navigation/windows';
 import { held } from '../src/plot/gaps';
@@ -112,9 +112,24 @@ test('a fault offers only what can fail so, with the amount in its unit', () => 
   expect(signalsFor('freeze', channels)).toEqual(['imu', 'gnss', 'accel_x', 'gyro_z', 'gnss_lat']);
   expect(signalsFor('clock_jump', channels)).toEqual([]);
   expect([signalUnit('bias', 'gyro_z'), signalUnit('delay', 'gyro_z'), signalUnit('multipath', '')]).toEqual(['rad/s', 's', 'm']);
-  expect(usualAmount('bias', 'gnss_lat') * 6.37e6).toBeCloseTo(10, 0);
   expect([isPossible('clock_jump', channels, false), isPossible('multipath', channels, false), isPossible('multipath', channels.slice(0, 1), false), isPossible('bias', [], true)]).toEqual([false, true, false, false]);
   const form = { signal: 'imu', amount: 4, satellites: 2.4, from: 1, to: 2, seed: 7 };
   expect(makeFault('noise', form)).toEqual({ kind: 'noise', signal: 'imu', factor: 4, from: 1, to: 2, seed: 7 });
   expect(makeFault('multipath', form)).toEqual({ kind: 'multipath', metres: 4, satellites: 2, from: 1, to: 2, seed: 7 });
+});
+
+test('a fault is proposed inside what is shown, so that it is a step, or where a sensor is blind', () => {
+  expect(proposedSpan(DRIVE, [])).toEqual({ t0: 200, t1: 300 });
+  expect(proposedSpan(DRIVE, [blind(120, 180), blind(210, 240)])).toEqual({ t0: 210, t1: 240 });
+  // A window that is not shown is not meant.
+  expect(proposedSpan({ t0: 250, t1: 400 }, [blind(120, 180)])).toEqual({ t0: 300, t1: 350 });
+});
+
+test('a place is moved by metres, whatever the latitude', () => {
+  expect([signalUnit('bias', 'gnss_lat'), signalUnit('bias', 'gnss_lon'), usualAmount('bias', 'gnss_lon')]).toEqual(['m', 'm', 10]);
+  // A minute of arc along a meridian is a nautical mile; at 60 degrees one along the parallel is half of it.
+  const minute = Math.PI / 180 / 60;
+  expect(minute * metresPer('bias', 'gnss_lat', 1)).toBeCloseTo(1853, 0);
+  expect(minute * metresPer('bias', 'gnss_lon', Math.PI / 3)).toBeCloseTo(926.6, 0);
+  expect([metresPer('bias', 'gnss_alt', 1), metresPer('noise', 'gnss_lat', 1), metresPer('delay', 'gnss_lon', 1)]).toEqual([1, 1, 1]);
 });

@@ -1,5 +1,5 @@
 import { expect, test } from 'vitest';
-import { axisSign, convert, convertDifference, DEFAULT_DISPLAY, formatFixed, formatSignificant, formatTime, paramUnit, prettyUnit, quantityOf, unitLabel } from '../src/units';
+import { axisSign, convert, convertDifference, DEFAULT_DISPLAY, digitsWithin, formatFixed, formatSignificant, formatTime, paramUnit, prettyUnit, quantityOf, unitLabel } from '../src/units';
 
 const rad = { ...DEFAULT_DISPLAY, angle: 'rad', grade: 'angle' } as const;
 const iso = { ...DEFAULT_DISPLAY, axes: 'iso' } as const;
@@ -54,4 +54,14 @@ test('times carry over into the next minute when they are rounded', () => {
   expect(formatTime(3599.99)).toBe('1:00:00.0');
   expect(formatTime(61, 0)).toBe('1:01');
   expect(formatTime(-1.5)).toBe('−0:01.5');
+});
+
+test('as many digits are shown as the reach of the error has that count, and no fewer than usual', () => {
+  expect(digitsWithin([0.0123], 2)).toBe(3);
+  expect(digitsWithin([0.1, 0.00042], 2)).toBe(5);
+  expect(digitsWithin([35], 2)).toBe(2);
+  expect(digitsWithin([], 1)).toBe(1);
+  // No error, or none that is known, asks for nothing.
+  expect(digitsWithin([0, Number.NaN, Infinity], 2)).toBe(2);
+  expect(digitsWithin([1e-30], 2)).toBe(8);
 });

@@ -147,6 +147,11 @@ impl DrivenLoop {
         Float64Array::from(flat.as_slice())
     }
 
+    /// How far ahead of the place in the rows the front and the rear axle are, and the track, m.
+    pub fn size(&self) -> Float64Array {
+        Float64Array::from(&self.run.size()[..])
+    }
+
     /// The obstacles, three numbers each: north, east, radius.
     pub fn obstacles(&self) -> Float64Array {
         let flat: Vec<f64> = self.run.obstacles().iter().flatten().copied().collect();

@@ -42,6 +42,8 @@ export interface Driven {
   path: Float64Array;
   /** North, east, radius. */
   obstacles: Float64Array;
+  /** How far ahead of the place in the rows the front and the rear axle are, and the track, m. */
+  size: Float64Array;
 }
 
 /** The loop that is being driven, as the worker sees it. */
@@ -56,6 +58,7 @@ export interface DrivenLoop {
   blocked(): Uint8Array;
   path(): Float64Array;
   obstacles(): Float64Array;
+  size(): Float64Array;
   free(): void;
 }
 

@@ -42,10 +42,11 @@ function finish(known: door.LoopCatalogue, { id, name }: door.Wanted, loop: door
     blocked: loop.blocked(),
     path: loop.path(),
     obstacles: loop.obstacles(),
+    size: loop.size(),
   };
   leave();
   const columns = [driven.car, driven.guidance].flatMap((r) => [r.time, ...Object.values(r.columns)]);
-  const buffers = [...columns, driven.magnitudes, driven.blocked, driven.path, driven.obstacles].map((c) => c.buffer);
+  const buffers = [...columns, driven.magnitudes, driven.blocked, driven.path, driven.obstacles, driven.size].map((c) => c.buffer);
   post({ id, driven }, buffers);
 }
 

@@ -11,10 +11,12 @@ import { History, type Tuning } from '../tuning';
 import { formatFixed, formatSignificant } from '../units';
 import type { Driven, LoopInfo } from './door';
 import { type Comparison, Runner, specsOf } from './runner';
-import { rowAt, Stage } from './stage';
+import { type Key, keysOf, rowAt, Stage } from './stage';
 import { Trace, traceSpecs } from './traces';
 
 const COMPARISONS: Comparison[] = ['nothing', 'before', 'off'];
+/** How the legend shows what is no plain line. */
+const SWATCHES: Partial<Record<Key, string>> = { compared: 'dashed', path: 'dashed', obstacle: 'dot', blocked: 'band', target: 'ring' };
 /** Name of the loop's parameters in its own tuning. */
 const LOOP = 'loop';
 const SEED = 1;
@@ -32,6 +34,7 @@ export class Loops {
   #stage: Stage;
   #traces: Trace[];
   #results = h('table.figures');
+  #legend = h('div.loop-keys');
   #says = h('p.map-readout');
   #play: HTMLButtonElement;
   #slider = h('input', { type: 'range', min: 0, max: 1000, step: 1, 'aria-label': say.time });
@@ -66,7 +69,6 @@ export class Loops {
   }
 
   #layout(host: HTMLElement): HTMLElement[] {
-    const key = (colour: string, label: string, isDashed = false): HTMLElement => h('span.key', {}, h('span.swatch', { 'data-colour': colour, 'data-dashed': isDashed || undefined }), label);
     const compare = h('div.segmented', { role: 'radiogroup', 'aria-label': say.compare });
     for (const choice of COMPARISONS) {
       const input = h('input', { type: 'radio', name: 'loop-comparison', value: choice, checked: choice === this.runner.comparison.value });
@@ -76,12 +78,11 @@ export class Loops {
       compare.append(h('label', { title: say.compareTitle[choice] }, input, h('span', {}, say.comparisons[choice])));
     }
     const header = h('header', {}, h('h2', {}, say.title), this.#choose, this.#status, iconButton('close', t.close, () => this.element.close()));
-    const legend = h('div.loop-keys', {}, key('estimate', say.curves.way), key('second', say.curves.known), key('ghost', say.curves.compared, true), key('threshold', say.legend.ring), key('mode-1', say.legend.chosen));
     const transport = h('div.loop-transport', {}, this.#play, this.#slider, this.#clock, h('label.follow', {}, this.#follow, say.follow));
     const bar = h('div.params-bar', {}, h('h3', {}, say.parameters), this.#count, h('span.spacer'), this.#undo, this.#redo, this.#reset);
     const options = h('div.loop-options', {}, h('span', {}, say.compare), compare, h('label', {}, say.seed, this.#seed));
     const side = h('section.loop-side', { 'aria-label': say.parameters }, this.#doc, options, h('h3', {}, say.results), this.#results, bar, this.#params.element);
-    const main = h('section.loop-main', {}, legend, host, transport, h('div.loop-traces', {}, ...this.#traces.map((trace) => trace.element)));
+    const main = h('section.loop-main', {}, this.#legend, host, transport, h('div.loop-traces', {}, ...this.#traces.map((trace) => trace.element)));
     return [header, h('div.loop-body', {}, main, side)];
   }
 
@@ -177,6 +178,7 @@ export class Loops {
     if (!driven || !this.element.open) return;
     const compared = this.runner.compared.value;
     this.#stage.show(driven, compared);
+    this.#legend.replaceChildren(...keysOf(driven, compared).map(([key, colour]) => h('span.key', {}, h(`span.swatch.${SWATCHES[key] ?? 'line'}`, { 'data-colour': colour, 'data-dashed': SWATCHES[key] === 'dashed' || undefined }), say.keys[key])));
     for (const trace of this.#traces) trace.show(driven, compared, this.#store.display.value);
     this.#fillResults(driven, compared);
     this.#seek(Math.min(this.#time, this.#end()));

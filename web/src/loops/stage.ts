@@ -15,8 +15,10 @@ const NO_ECHO = 4;
 const SECTORS = 72;
 /** Radius at which sectors are drawn, m. */
 const SECTORS_AT = 2.6;
-/** Length and width of the drawn car, and where its axles are, m. */
-const CAR = { length: 4.2, width: 1.7, front: 1.3, rear: -1.3, wheel: 0.65 };
+/** Body and wheels of the drawn car: lengths as shares of the wheelbase, widths of the track. */
+const CAR = { length: 1.6, width: 1.2, wheel: 0.25, tyre: 0.17 };
+/** Least length at which the car is drawn, pixels. */
+const SEEN = 20;
 /** Height of what is seen while the car is followed, m. */
 const FOLLOWED = 16;
 
@@ -29,6 +31,38 @@ export function rowAt(time: Float64Array, instant: number): number {
     else high = middle;
   }
   return Math.max(0, low - 1);
+}
+
+/** Length and width of a car's body and its wheelbase, m, and pixels per metre: however far away, it can be seen. */
+export function carSize(size: Driven['size'], pixels: number): { length: number; width: number; wheelbase: number; scale: number } {
+  const [front, rear, track] = size as unknown as [number, number, number];
+  const wheelbase = front - rear;
+  const length = CAR.length * wheelbase;
+  return { length, width: CAR.width * track, wheelbase, scale: Math.max(pixels, SEEN / length) };
+}
+
+/** What can be seen of a loop, with the colour of each. */
+const KEYS = { way: 'estimate', known: 'second', compared: 'ghost', path: 'muted', obstacle: 'threshold', ring: 'threshold', blocked: 'outage', chosen: 'mode-1', target: 'mode-1' } as const;
+export type Key = keyof typeof KEYS;
+
+/** What is drawn of a loop, and in which colour. */
+export function keysOf(driven: Driven, compared: Driven | null): [Key, string][] {
+  const has = (rows: Rows, pattern: RegExp, isThere: (value: number) => boolean = Number.isFinite): boolean =>
+    Object.entries(rows.columns).some(([name, values]) => pattern.test(name) && values.some(isThere));
+  const { car, guidance, path, obstacles, blocked } = driven;
+  const { known_north: known, north } = car.columns;
+  const isThere: Record<Key, boolean> = {
+    way: true,
+    known: known?.some((value, i) => value !== north?.[i]) ?? false,
+    compared: compared !== null,
+    path: path.length > 0,
+    obstacle: obstacles.length > 0,
+    ring: has(guidance, /^range_/, (range) => range < NO_ECHO),
+    blocked: blocked.includes(1),
+    chosen: has(guidance, /^chosen_direction$/),
+    target: has(guidance, /^target_north$/),
+  };
+  return (Object.entries(KEYS) as [Key, string][]).filter(([key]) => isThere[key]);
 }
 
 export class Stage extends Canvas {
@@ -185,13 +219,11 @@ export class Stage extends Canvas {
 
   #drawCar(context: CanvasRenderingContext2D, driven: Driven, row: number, view: Camera, at: (n: number, e: number) => [number, number], colour: string): void {
     const [north, east, yaw, steer] = ['north', 'east', 'yaw', 'steer'].map((name) => this.#value(driven.car, name, row)) as [number, number, number, number];
+    const [front, rear, track] = driven.size as unknown as [number, number, number];
+    const { scale, length, width, wheelbase } = carSize(driven.size, view.scale);
     context.save();
     context.translate(...at(north, east));
     context.rotate(yaw);
-    // Where obstacles stand, the car is as small as avoidance takes it to be. However far away, it can be seen.
-    const radius = driven.settings['car_radius'];
-    const size = driven.obstacles.length > 0 && typeof radius === 'number' ? (2 * radius) / CAR.length : 1;
-    const scale = Math.max(view.scale * size, 5);
     const box = (forward: number, right: number, length: number, width: number, turn: number): void => {
       context.save();
       context.translate(right * scale, -forward * scale);
@@ -202,11 +234,11 @@ export class Stage extends Canvas {
     };
     context.lineWidth = 1.5;
     context.strokeStyle = colour;
-    box(0, 0, CAR.length, CAR.width, 0);
+    box((front + rear) / 2, 0, length, width, 0);
     context.stroke();
-    for (const right of [-0.75, 0.75]) {
-      for (const [forward, turn, name] of [[CAR.front, steer, right < 0 ? 'brake_fl' : 'brake_fr'], [CAR.rear, 0, right < 0 ? 'brake_rl' : 'brake_rr']] as const) {
-        box(forward, right, CAR.wheel, 0.24, Number.isFinite(turn) ? turn : 0);
+    for (const right of [-track / 2, track / 2]) {
+      for (const [forward, turn, name] of [[front, steer, right < 0 ? 'brake_fl' : 'brake_fr'], [rear, 0, right < 0 ? 'brake_rl' : 'brake_rr']] as const) {
+        box(forward, right, CAR.wheel * wheelbase, CAR.tyre * track, Number.isFinite(turn) ? turn : 0);
         // A wheel that brakes has another colour.
         context.fillStyle = Math.abs(this.#value(driven.car, name, row)) > 20 ? palette.value.threshold : colour;
         context.fill();

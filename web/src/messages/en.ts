@@ -37,6 +37,7 @@ export const en = {
     title: 'Built-in drives',
     ownSeed: 'its own',
     withSeed: (title: string, seed: string) => `${title}, seed ${seed}`,
+    unknown: (name: string) => `The address names a drive “${name}”, which there is not.`,
   },
   display: {
     angle: 'Angles',

@@ -31,7 +31,7 @@ export const loops = {
     car: 'car', reference: 'reference', compared: 'compared', command: 'asked for', given: 'given by the brakes', equivalent: 'equivalent',
     fl: 'front left', fr: 'front right', rl: 'rear left', rr: 'rear right', path: 'path', known: 'as known', way: 'driven', layer: 'boundary layer',
   },
-  legend: { ring: 'ultrasonic ring', blocked: 'blocked sector', chosen: 'chosen direction', target: 'target point', obstacle: 'obstacle' },
+  keys: { way: 'driven', known: 'as known', compared: 'compared', path: 'path', obstacle: 'obstacle', ring: 'ultrasonic ring', blocked: 'blocked sector', chosen: 'chosen direction', target: 'target point' },
   avoiding: ['the way to the target is free', 'round an obstacle', 'no way: stop'],
   results: 'Results',
   columns: { figure: 'Figure', now: 'now', compared: 'compared' },

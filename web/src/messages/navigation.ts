@@ -122,6 +122,7 @@ export const navigation = {
     add: 'Put it in',
     list: 'Faults in this drive',
     none: 'No fault is in this drive.',
+    needsRanges: 'A clock jump needs ranges of single satellites, which this drive does not have.',
     note: 'Measurements are changed, the truth is not. Results from before are drawn as “before”.',
     remove: (number: string) => `Take out fault ${number}`,
     removeAll: 'Take all out',

@@ -10,8 +10,9 @@ import { palette } from '../plot/palette';
 import { TimeArea } from '../plot/time-area';
 import { isRunnable, type Span, type Store } from '../state';
 import { formatSignificant, formatTime, paramUnit } from '../units';
+import type { RpcClient } from '../worker/rpc';
 import type { Fault } from './door';
-import { type Channels, type FaultKind, isPossible, KINDS, makeFault, signalsFor, signalUnit, usualAmount } from './fault-kinds';
+import { type Channels, type FaultKind, isPossible, KINDS, makeFault, metresPer, proposedSpan, signalsFor, signalUnit, usualAmount } from './fault-kinds';
 import type { FaultSwitch } from './fault-switch';
 import { parseTime } from './windows';
 
@@ -61,10 +62,16 @@ export class FaultView {
   readonly #satelliteLabel = h('label', {}, say.faults.satellites, this.#satellites);
   readonly #from = h('input.time-field', { type: 'text', inputmode: 'decimal', 'aria-label': say.faults.from });
   readonly #to = h('input.time-field', { type: 'text', inputmode: 'decimal', 'aria-label': say.faults.to });
+  readonly #needsRanges = h('p.note', {}, say.faults.needsRanges);
+  readonly #rpc: RpcClient;
+  /** Where the drive is, rad, once that is known: what a metre of longitude is. */
+  #latitude = 0;
+  #located = Promise.resolve();
   #isTyped = false;
 
-  constructor(store: Store, faults: FaultSwitch) {
+  constructor(store: Store, faults: FaultSwitch, rpc: RpcClient) {
     this.#store = store;
+    this.#rpc = rpc;
     this.#faults = faults;
     const texts = say.faults;
     this.#kind.append(...KINDS.map((kind) => h('option', { value: kind }, texts.kinds[kind] ?? kind)));
@@ -73,7 +80,7 @@ export class FaultView {
     this.#host.append(new TimeArea(store).element);
     const header = h('header.view-header', {}, h('h2', { title: t.views.focus(texts.title, '') }, texts.title), h('span.spacer'), this.#removeAll);
     header.querySelector('h2')?.removeAttribute('title');
-    this.element = h('section.view', { tabindex: '-1', 'aria-label': texts.title, 'data-view': 'navigation-faults' }, header, this.#host, h('div.fault-body', {}, this.#form(), this.#list, h('p.note', {}, texts.note)));
+    this.element = h('section.view', { tabindex: '-1', 'aria-label': texts.title, 'data-view': 'navigation-faults' }, header, this.#host, h('div.fault-body', {}, this.#form(), this.#needsRanges, this.#list, h('p.note', {}, texts.note)));
     this.#kind.addEventListener('change', () => this.#offer());
     this.#signal.addEventListener('change', () => this.#offerAmount());
     for (const input of [this.#from, this.#to]) input.addEventListener('input', () => (this.#isTyped = true));
@@ -82,7 +89,9 @@ export class FaultView {
       this.#strip.redraw();
       this.#propose();
     });
+    store.blind.on(() => this.#propose());
     store.report.watch(() => {
+      this.#located = this.#locate();
       this.#isTyped = false;
       this.#offer();
       this.#propose();
@@ -115,7 +124,11 @@ export class FaultView {
   /** The kinds that the drive can have, and the signals that can fail in this way. */
   #offer(): void {
     const hasRanges = isRunnable(this.#store.report.value, 'gnss');
-    for (const option of this.#kind.options) option.disabled = !isPossible(option.value as FaultKind, this.#channels(), hasRanges);
+    for (const option of this.#kind.options) {
+      option.disabled = !isPossible(option.value as FaultKind, this.#channels(), hasRanges);
+      option.title = option.disabled && option.value === 'clock_jump' ? say.faults.needsRanges : '';
+    }
+    this.#needsRanges.hidden = hasRanges;
     if (this.#kind.selectedOptions[0]?.disabled) this.#kind.value = 'bias';
     const chosen = this.#signal.value;
     const signals = signalsFor(this.#chosen, this.#channels());
@@ -138,9 +151,23 @@ export class FaultView {
 
   #propose(): void {
     if (this.#isTyped) return;
-    const { t0, t1 } = this.#store.window.value;
+    const { t0, t1 } = proposedSpan(this.#store.window.value, this.#store.blind.value);
     this.#from.value = formatTime(this.#store.sinceStart(t0));
     this.#to.value = formatTime(this.#store.sinceStart(t1));
+  }
+
+  /** Ask where the drive is. */
+  async #locate(): Promise<void> {
+    const items = [{ source: 'drive', column: 'gnss_lat', step: false }];
+    const reply = await this.#rpc.call('grid', { items, ...this.#store.span.value, buckets: 60 }).catch(() => null);
+    this.#latitude = reply?.columns[0]?.find(Number.isFinite) ?? 0;
+    this.#show();
+  }
+
+  /** How an amount is shown: what it is in SI times `factor`, in `label`. */
+  #shownAs(kind: FaultKind, signal: string): { factor: number; label: string } {
+    const { factor, label } = paramUnit(signalUnit(kind, signal), this.#store.display.value);
+    return { factor: factor * metresPer(kind, signal, this.#latitude), label };
   }
 
   async #add(): Promise<void> {
@@ -154,7 +181,8 @@ export class FaultView {
       return;
     }
     const kind = this.#chosen;
-    const { factor } = paramUnit(signalUnit(kind, this.#signal.value), store.display.value);
+    await this.#located;
+    const { factor } = this.#shownAs(kind, this.#signal.value);
     const amount = kind === 'noise' ? this.#amount.valueAsNumber : this.#amount.valueAsNumber / factor;
     const seed = store.faults.value.length + 1;
     const fault = makeFault(kind, { signal: this.#signal.value, amount, satellites: this.#satellites.valueAsNumber, from, to, seed });
@@ -181,8 +209,7 @@ export class FaultView {
     const texts = say.faults;
     const kind = texts.kinds[fault.kind] ?? fault.kind;
     const signal = 'signal' in fault ? ` ${texts.channels[fault.signal] ?? fault.signal}` : '';
-    const unit = signalUnit(fault.kind, 'signal' in fault ? fault.signal : '');
-    const { factor, label } = paramUnit(unit, this.#store.display.value);
+    const { factor, label } = this.#shownAs(fault.kind, 'signal' in fault ? fault.signal : '');
     const shown = (value: number): string => `${formatSignificant(value * factor)} ${label}`;
     switch (fault.kind) {
       case 'bias':

@@ -29,7 +29,7 @@ export function navigationRoom(store: Store, session: Session, faults: FaultSwit
   });
   const outages = new OutageView(store, session);
   const measurements = new MeasurementView(store, session);
-  const panel = new FaultView(store, faults);
+  const panel = new FaultView(store, faults, session.rpc);
   const gaps = latest(async () => {
     const { t0, t1 } = store.span.value;
     outages.setGaps(outagesOf(await session.rpc.call('path', { source: 'drive', t0, t1, points: FIXES }), { t0, t1 }));

@@ -149,7 +149,7 @@ export function header(store: Store, session: Session, actions: HeaderActions, c
 /** Keep the address in step with what is tuned, so that it can be shared; `changed` hears of one typed in by hand. */
 export function followAddress(store: Store, changed: (hash: string) => void): void {
   const write = (): void => {
-    const builtIn = store.builtIn.value;
+    const builtIn = store.coming.value ?? store.builtIn.value;
     const hash = toHash({ drive: builtIn?.name ?? null, seed: builtIn?.seed ?? null, room: store.room.value, overlays: store.overlays.value, over: store.over.value, tuning: store.tuning.value });
     history.replaceState(null, '', hash === '' ? location.pathname + location.search : `#${hash}`);
   };
@@ -158,5 +158,6 @@ export function followAddress(store: Store, changed: (hash: string) => void): vo
   store.overlays.on(write);
   store.over.on(write);
   store.builtIn.on(write);
+  store.coming.on(write);
   addEventListener('hashchange', () => changed(location.hash));
 }

@@ -7,7 +7,7 @@ import { band, breakTurns, held, withGaps } from '../plot/gaps';
 import { TimeArea } from '../plot/time-area';
 import { type CurveData, TimePlot } from '../plot/time-plot';
 import type { Store } from '../state';
-import { axisSign, convert, convertDifference, digitsOf, formatFixed, formatSignificant, unitLabel } from '../units';
+import { axisSign, convert, convertDifference, digitsOf, digitsWithin, formatFixed, formatSignificant, unitLabel } from '../units';
 import type { GridItem, GridReply } from '../worker/rpc';
 import { type CurveSpec, type LaneSpec, sourceOf } from './curves';
 
@@ -195,6 +195,8 @@ export class Lane {
   showValues(values: { curve: CurveSpec; value: number; sigma: number }[]): void {
     const display = this.#store.display.value;
     const { quantity, isLog, least } = this.spec;
+    const reachOf = (sigma: number): number => convertDifference(quantity, 3 * sigma, display);
+    const digits = digitsWithin(values.map((v) => reachOf(v.sigma)), digitsOf(quantity, display, least));
     for (const entry of this.#entries) {
       const found = values.find((v) => v.curve === entry.curve);
       if (!found) {
@@ -203,9 +205,8 @@ export class Lane {
       }
       const sign = entry.curve.isMagnitude ? 1 : axisSign(entry.curve.column, display);
       const value = convert(quantity, sign * drawn(entry.curve, found.value), display);
-      const digits = digitsOf(quantity, display, least);
       let text = isLog ? formatSignificant(value) : formatFixed(value, digits);
-      const reach = convertDifference(quantity, 3 * found.sigma, display);
+      const reach = reachOf(found.sigma);
       if (Number.isFinite(reach)) text += ` ±${formatFixed(reach, digits)}`;
       entry.value.textContent = text;
     }

@@ -78,9 +78,9 @@ export class TrajectoryView {
       this.#toggle('truth', t.curves.truth, 'truth', false),
       this.#toggle('smoothed', t.map.smoothed, 'second', false),
       this.#toggle('blinded', t.map.blinded, 'blind', false),
-      this.#toggle('fixes', t.curves.fixes, 'raw', false),
-      this.#toggle('rejected', t.map.rejected, 'bad', false),
-      this.#toggle('ellipses', t.map.ellipses, 'estimate', false, true),
+      this.#toggle('fixes', t.curves.fixes, 'raw', false, 'dots'),
+      this.#toggle('rejected', t.map.rejected, 'bad', false, 'cross'),
+      this.#toggle('ellipses', t.map.ellipses, 'estimate', false, 'band'),
     );
     const fit = iconButton('fit', t.views.fit, () => this.#map.fit());
     const header = h('header.view-header', {}, h('h2', { title: t.views.focus(t.views.trajectory, '4') }, t.views.trajectory), h('span.spacer'), fit, this.#table.button);
@@ -92,8 +92,8 @@ export class TrajectoryView {
     store.want([NAVIGATION, MODES]);
   }
 
-  #toggle(name: LayerName, label: string, colour: string, isDashed: boolean, isBand = false): HTMLButtonElement {
-    const swatch = h(isBand ? 'span.swatch.band' : 'span.swatch', { 'data-colour': colour, 'data-dashed': isDashed || undefined });
+  #toggle(name: LayerName, label: string, colour: string, isDashed: boolean, shape: 'line' | 'band' | 'cross' | 'dots' = 'line'): HTMLButtonElement {
+    const swatch = h(`span.swatch.${shape}`, { 'data-colour': colour, 'data-dashed': isDashed || undefined });
     const button = h('button.legend-entry', { type: 'button', 'aria-pressed': 'true', title: t.curves.show(label) }, swatch, label);
     button.addEventListener('click', () => {
       const isShown = !this.#layers.isShown[name];

@@ -188,6 +188,12 @@ impl Filter {
         }
     }
 
+    /// Take the yaw of a car at rest as exact: directions are counted from it until a turn says where it points.
+    pub fn count_from_yaw(&mut self) {
+        self.p.fill_row(ATTITUDE + 2, 0.0);
+        self.p.fill_column(ATTITUDE + 2, 0.0);
+    }
+
     /// Sigma of one error.
     pub fn sigma(&self, state: usize) -> f64 {
         self.p[(state, state)].max(0.0).sqrt()

@@ -136,6 +136,8 @@ impl Estimator for LandIns {
         }
         if let Some((angle, sigma)) = found.turned {
             self.notices.add(FOUND_HEADING, found.time);
+            // The turn's sigma is all that is not known of the heading.
+            found.start.filter.count_from_yaw();
             found.start.filter.turn(angle, sigma);
             found.start.heading = Heading::Known;
         }
@@ -202,11 +204,15 @@ impl LandIns {
             scout.step(&epoch).ok()?;
             let Phase::Running(running) = &mut scout.phase else { continue };
             running.is_scout = true;
-            let found = found.get_or_insert_with(|| Scouted {
-                time: epoch.time,
-                start: Start { filter: running.filter.clone(), heading: running.heading },
-                turned: None,
-            });
+            if found.is_none() {
+                let start = Start { filter: running.filter.clone(), heading: running.heading };
+                found = Some(Scouted { time: epoch.time, start, turned: None });
+                if has_course && running.heading != Heading::Known {
+                    // An uncertain yaw would let the aids turn the state, which the courses are then held against.
+                    running.filter.count_from_yaw();
+                }
+            }
+            let Some(found) = &mut found else { continue };
             found.turned = running.turned();
             let is_done = match found.turned {
                 Some(_) => epoch.time - *turned_at.get_or_insert(epoch.time) > COURSES_FOR,

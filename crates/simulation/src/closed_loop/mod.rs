@@ -199,6 +199,12 @@ impl ClosedLoop {
     pub fn obstacles(&self) -> &[[f64; 3]] {
         self.guidance.posts()
     }
+    /// How large the car is: how far ahead of the place in the rows its front and its rear axle are, and its track, m.
+    pub fn size(&self) -> [f64; 3] {
+        let car = self.settings.vehicle();
+        let rear = if matches!(self.body, Body::Kinematic(_)) { 0.0 } else { -car.cg_to_rear };
+        [rear + car.cg_to_front + car.cg_to_rear, rear, car.track]
+    }
     /// What the sensors measured, with the truth.
     pub fn drive(&self) -> &Drive {
         &self.log.drive
@@ -291,5 +297,25 @@ impl ClosedLoop {
             brake_rr: control.brake_rr,
         };
         self.log.row(time, row);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    /// A picture that took one car's size for all, or put every car's place at the same spot, is caught.
+    #[test]
+    fn the_size_is_that_of_the_car_about_the_place_that_its_plant_tells() {
+        let size = |name: &str, car: &str| {
+            let mut settings = Settings::named(name).unwrap();
+            settings.set("car", &json!(car)).unwrap();
+            ClosedLoop::new(settings, 1).size()
+        };
+        assert_eq!(size("obstacle_course", "yun_2007"), [0.8, 0.0, 0.8]);
+        assert_eq!(size("j_turn", "yun_2007"), [0.4, -0.4, 0.8]);
+        let [front, rear, track] = size("corner", "bmw_320i");
+        assert!((front - 1.1562).abs() < 1e-12 && rear == -1.42272 && track == 1.39, "{front} {rear} {track}");
     }
 }
