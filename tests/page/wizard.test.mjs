@@ -61,7 +61,7 @@ test('a sign that contradicts the other sensors is said without being asked, and
   assert.match(await gyro.locator('.measured').textContent(), /Hz/);
   assert.ok((await gyro.locator('.sparkline path').getAttribute('d')).length > 100);
   const contradiction = dialog.locator('[data-weight="contradiction"]', { hasText: 'gyro_z' }).first();
-  assert.match(await contradiction.textContent(), /opposite sign of the rate at which the course .* turns: correlation -0\.\d+, scale \d/);
+  assert.match(await contradiction.textContent(), /gyro_z.* opposite sign of d\(course\)\/dt of .*: correlation -0\.\d+, scale \d/);
 
   await contradiction.getByRole('button', { name: 'Correct it: gyro_z' }).click();
   assert.equal(await gyro.getByRole('spinbutton', { name: /Factor/ }).inputValue(), '-1');

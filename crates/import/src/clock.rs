@@ -1,7 +1,7 @@
 //! The clock of a table: which column it is, its unit, and that it runs forward.
 
-use crate::error::ImportError;
-use crate::mapping::{TimeFraction, TimeSource, no_time};
+use crate::error::{ImportError, name_list};
+use crate::mapping::{TimeFraction, TimeSource};
 use crate::names::time_name;
 use crate::stamp::format_utc;
 use crate::table::{RawColumn, Table, TimeEpoch};
@@ -161,6 +161,14 @@ pub(crate) fn times(table: &Table, source: &TimeSource) -> Result<Vec<f64>, Impo
 fn column_value(time: f64, source: &TimeSource, factor: f64) -> f64 {
     let raw = (time - source.offset) / factor;
     if factor < 1.0 { (raw * 1e6).round() / 1e6 } else { raw }
+}
+
+/// The sentence that a file has no time column.
+fn no_time(table: &Table) -> ImportError {
+    let names = table.columns.iter().map(|c| c.name.as_str());
+    let texts = table.text_columns.iter().map(|c| c.name.as_str());
+    let all: Vec<&str> = names.chain(texts).collect();
+    ImportError::NoTime { file: table.name.clone(), place: table.header_place(), found: name_list(all.into_iter()) }
 }
 
 #[cfg(test)]

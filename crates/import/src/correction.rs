@@ -1,9 +1,8 @@
 //! What physics would change in a mapping: proposed with a finding, applied by whoever agrees.
 
-use std::collections::BTreeMap;
-
 use serde::{Deserialize, Serialize};
 
+use crate::by_name::ByName;
 use crate::mapping::{Mapping, Mount, SignalSource};
 
 /// Changes of a mapping that go together.
@@ -11,17 +10,17 @@ use crate::mapping::{Mapping, Mount, SignalSource};
 #[serde(deny_unknown_fields)]
 pub struct Amendment {
     /// Where signals come from instead, by canonical name.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub signals: BTreeMap<String, SignalSource>,
+    #[serde(default, skip_serializing_if = "ByName::is_empty")]
+    pub signals: ByName<SignalSource>,
     /// Signals that the log does not have.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub remove: Vec<String>,
     /// How housings sit.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub mounts: BTreeMap<String, Mount>,
+    #[serde(default, skip_serializing_if = "ByName::is_empty")]
+    pub mounts: ByName<Mount>,
     /// How late channels are, s.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub delays: BTreeMap<String, f64>,
+    #[serde(default, skip_serializing_if = "ByName::is_empty")]
+    pub delays: ByName<f64>,
 }
 
 impl Amendment {
@@ -60,7 +59,7 @@ impl Mapping {
     /// ```
     pub fn correct(&mut self, correction: &Amendment) {
         let Amendment { signals, remove, mounts, delays } = correction.clone();
-        self.signals.retain(|name, _| !remove.contains(name));
+        self.signals.retain(|name| !remove.iter().any(|r| r == name));
         self.signals.extend(signals);
         self.mounts.extend(mounts);
         self.delays.extend(delays);

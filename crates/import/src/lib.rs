@@ -21,8 +21,12 @@
 //! # Ok::<(), drivescope_import::ImportError>(())
 //! ```
 
+mod aliases;
 mod apply;
+mod by_name;
 mod cell;
+mod channels;
+mod check;
 mod clock;
 mod column;
 mod correction;
@@ -32,8 +36,11 @@ mod dialect;
 mod error;
 mod evidence;
 mod examine;
+mod fit;
 mod formats;
+mod header;
 mod keep;
+mod load;
 mod magic;
 mod mapping;
 mod merge;
@@ -56,18 +63,20 @@ mod stamp;
 mod table;
 mod units;
 
-pub use apply::{ChannelReport, MapReport, UsedColumn, apply};
+pub use apply::apply;
+pub use by_name::ByName;
+pub use channels::signal;
 pub use correction::Amendment;
 pub use csv::{CsvReader, read_csv};
 pub use error::{ImportError, MAX_ROW_BYTES, MAX_TABLE_COLUMNS};
 pub use examine::{
-    Choice, Clash, ColumnView, Correction, DelayFound, Evidence, Examination, Finding, MountFound, TRIAL_SERIES,
-    Thinned, Trial, Weight, choices, examine, try_out,
+    Choice, Clash, ColumnView, Correction, DelayFound, Examination, Finding, MountFound, TRIAL_SERIES, Thinned, Trial,
+    Weight, choices, examine, try_out,
 };
 pub use formats::{FORMATS, Format};
 pub use keep::Keep;
+pub use load::{ChannelReport, MapReport, UsedColumn};
 pub use mapping::{MAPPING_VERSION, Mapping, Mount, Origin, SignalSource, TimeFraction, TimeSource};
-pub use names::signal;
 pub use offer::Offer;
 pub use open::{Examined, examine_drawn, examine_log, open_csv, open_drawn, open_log, open_raw, open_table};
 pub use opening::{Log, Opening, Progress};

@@ -1,16 +1,11 @@
 //! A mapping: which raw column is which physical signal. Data, saved and shared as JSON.
 
-use std::collections::BTreeMap;
-
-use drivescope_drive::csv::file_unit;
 use drivescope_drive::disk::Disk;
 use drivescope_drive::geodesy::Geodetic;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{ImportError, name_list};
-use crate::names::{CHANNELS, signal};
-use crate::table::Table;
-use crate::units;
+use crate::by_name::ByName;
+use crate::error::ImportError;
 
 /// The version of mappings that this library writes and reads.
 pub const MAPPING_VERSION: u32 = 1;
@@ -32,16 +27,16 @@ pub struct Mapping {
     /// Where time comes from.
     pub time: TimeSource,
     /// Where each signal comes from, by canonical name.
-    pub signals: BTreeMap<String, SignalSource>,
+    pub signals: ByName<SignalSource>,
     /// Channels (`gnss`, `baro`, ..) whose samples repeat in the file until a new one comes: repeats are left out.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub drop_repeats: Vec<String>,
     /// How the housings of triads sit in the car, by channel (`imu`, `mag`); without an entry along the car's axes.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub mounts: BTreeMap<String, Mount>,
+    #[serde(default, skip_serializing_if = "ByName::is_empty")]
+    pub mounts: ByName<Mount>,
     /// By how many seconds the times of a channel's samples are late, by channel; subtracted from them.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub delays: BTreeMap<String, f64>,
+    #[serde(default, skip_serializing_if = "ByName::is_empty")]
+    pub delays: ByName<f64>,
     /// The six-accelerometer disk as calibrated; without it the disk is as drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub disk: Option<Disk>,
@@ -203,7 +198,7 @@ impl SignalSource {
 impl Mapping {
     /// A mapping of no signal yet.
     pub fn of(time: TimeSource) -> Self {
-        let (signals, mounts, delays) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        let (signals, mounts, delays) = (ByName::default(), ByName::default(), ByName::default());
         Self {
             version: MAPPING_VERSION,
             time,
@@ -237,126 +232,6 @@ impl Mapping {
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
-
-    /// Check names, units and factors without a table; `file` names the mapping in errors.
-    ///
-    /// # Errors
-    /// [`ImportError::UnknownSignal`], [`ImportError::UnknownUnit`], [`ImportError::BadFactor`].
-    pub fn validate(&self, file: &str) -> Result<(), ImportError> {
-        self.time.factors(file)?;
-        let bad = |signal: &str, field, found| ImportError::BadFactor {
-            file: file.into(),
-            signal: signal.into(),
-            field,
-            found,
-        };
-        if !self.time.offset.is_finite() {
-            return Err(bad("time", "offset", self.time.offset));
-        }
-        if let Some(found) = self.drop_repeats.iter().find(|d| !CHANNELS.iter().any(|(name, _)| name == d)) {
-            let suggestion =
-                "`drop_repeats` takes channels: imu, mag, wheels, steering, gnss, baro, accel_array, range".into();
-            return Err(ImportError::UnknownSignal { file: file.into(), found: found.clone(), suggestion });
-        }
-        self.check_mounts(file)?;
-        for (name, source) in &self.signals {
-            source.factor(name, file)?;
-            if !source.scale.is_finite() || source.scale == 0.0 {
-                return Err(bad(name, "scale", source.scale));
-            }
-            if !source.offset.is_finite() {
-                return Err(bad(name, "offset", source.offset));
-            }
-        }
-        Ok(())
-    }
-
-    /// Check the channels and numbers of mounts and delays.
-    fn check_mounts(&self, file: &str) -> Result<(), ImportError> {
-        let unknown = |found: &str, suggestion: &str| ImportError::UnknownSignal {
-            file: file.into(),
-            found: found.into(),
-            suggestion: suggestion.into(),
-        };
-        for (name, mount) in &self.mounts {
-            if !["imu", "mag"].contains(&name.as_str()) {
-                return Err(unknown(name, "`mounts` takes imu and mag"));
-            }
-            for (field, found) in
-                [("roll_deg", mount.roll_deg), ("pitch_deg", mount.pitch_deg), ("yaw_deg", mount.yaw_deg)]
-            {
-                if !found.is_finite() {
-                    return Err(ImportError::BadFactor { file: file.into(), signal: name.clone(), field, found });
-                }
-            }
-        }
-        for (name, &found) in &self.delays {
-            if !CHANNELS.iter().any(|(channel, _)| channel == name) {
-                return Err(unknown(name, "`delays` takes imu, mag, wheels, steering, gnss, baro, accel_array, range"));
-            }
-            if !found.is_finite() {
-                return Err(ImportError::BadFactor { file: file.into(), signal: name.clone(), field: "delay", found });
-            }
-        }
-        Ok(())
-    }
-
-    /// Check that a table has every column that the mapping names.
-    ///
-    /// # Errors
-    /// [`ImportError::UnknownColumn`], [`ImportError::TextColumn`].
-    pub fn check_columns(&self, table: &Table) -> Result<(), ImportError> {
-        let fraction = self.time.fraction.iter().map(|f| ("time", &f.column));
-        let signals = self.signals.iter().map(|(name, source)| (name.as_str(), &source.column));
-        for (signal, column) in std::iter::once(("time", &self.time.column)).chain(fraction).chain(signals) {
-            if table.column(column).is_some() {
-                continue;
-            }
-            let (file, signal, column) = (table.name.clone(), format!("`{signal}`"), column.clone());
-            return Err(match table.text_columns.iter().find(|t| t.name == column) {
-                Some(text) => ImportError::TextColumn { file, signal, column, found: text.example.clone() },
-                None => ImportError::UnknownColumn { file, signal, column, found: table.columns_found() },
-            });
-        }
-        Ok(())
-    }
-}
-
-impl TimeSource {
-    /// Factors to seconds of the column and of its fraction.
-    pub(crate) fn factors(&self, file: &str) -> Result<(f64, f64), ImportError> {
-        let factor = |unit: &str| units::factor(unit, "s").ok_or_else(|| unknown_unit(file, "`time`", "s", unit));
-        Ok((factor(&self.unit)?, self.fraction.as_ref().map_or(Ok(0.0), |f| factor(&f.unit))?))
-    }
-}
-
-impl SignalSource {
-    /// Factor from raw values to the SI values of `signal`, without `scale`.
-    pub(crate) fn factor(&self, name: &str, file: &str) -> Result<f64, ImportError> {
-        let Some(column) = signal(name) else {
-            let suggestion = match crate::names::matches(name).first() {
-                Some(m) => format!("use `{}`", m.signal),
-                None => "see the list of signals".into(),
-            };
-            return Err(ImportError::UnknownSignal { file: file.to_owned(), found: name.to_owned(), suggestion });
-        };
-        let unit = self.unit.as_deref().unwrap_or(file_unit(name, column.unit));
-        units::factor(unit, column.unit).ok_or_else(|| unknown_unit(file, &format!("`{name}`"), column.unit, unit))
-    }
-}
-
-fn unknown_unit(file: &str, signal: &str, expected: &str, found: &str) -> ImportError {
-    let (file, signal, expected) = (file.to_owned(), signal.to_owned(), expected.to_owned());
-    let suggestion = format!("use one of {}", units::spellings(&expected));
-    ImportError::UnknownUnit { file, signal, expected, found: found.to_owned(), suggestion }
-}
-
-/// The sentence that a file has no time column.
-pub(crate) fn no_time(table: &Table) -> ImportError {
-    let names = table.columns.iter().map(|c| c.name.as_str());
-    let texts = table.text_columns.iter().map(|c| c.name.as_str());
-    let all: Vec<&str> = names.chain(texts).collect();
-    ImportError::NoTime { file: table.name.clone(), place: table.header_place(), found: name_list(all.into_iter()) }
 }
 
 #[cfg(test)]
@@ -372,11 +247,11 @@ mod tests {
         let mut mapping = Mapping {
             version: MAPPING_VERSION,
             time: TimeSource { offset: 0.5, skip_steps_back: true, ..TimeSource::plain("t", "ms") },
-            signals: BTreeMap::new(),
+            signals: ByName::default(),
             drop_repeats: vec!["gnss".into()],
             origin: Origin::new(36.5, 127.25, 60.0).ok(),
-            mounts: BTreeMap::from([("imu".into(), Mount { roll_deg: 1.5, pitch_deg: -3.75, yaw_deg: 90.0 })]),
-            delays: BTreeMap::from([("gnss".into(), 0.125)]),
+            mounts: ByName::default(),
+            delays: ByName::default(),
             disk: Some(Disk::drawn(0.08)),
         };
         let source = SignalSource {
@@ -388,6 +263,8 @@ mod tests {
         };
         mapping.signals.insert("accel_x".into(), source);
         mapping.signals.insert("gnss_lat".into(), SignalSource::plain("Lat"));
+        mapping.mounts.insert("imu".into(), Mount { roll_deg: 1.5, pitch_deg: -3.75, yaw_deg: 90.0 });
+        mapping.delays.insert("gnss".into(), 0.125);
         assert_eq!(Mapping::from_json(&mapping.to_json(), "m.json").unwrap(), mapping);
     }
 

@@ -2,10 +2,11 @@
 
 use drivescope_drive::drive::Drive;
 
-use crate::apply::{MapReport, apply};
+use crate::apply::apply;
 use crate::csv::read_csv;
 use crate::error::ImportError;
 use crate::examine::{Examination, Finding, Thinned, Weight, examine_thinned, heaviest_first, odd_columns, sketch};
+use crate::load::MapReport;
 use crate::mapping::{Mapping, TimeSource};
 use crate::merge::{Merged, merge};
 use crate::opening::Log;
@@ -81,6 +82,7 @@ fn open_examined(
     let is_large = table.bytes > EXAMINED_AT_ONCE && (mapping.is_some() || by_name.is_ok());
     let examined = if is_large { None } else { Examined::new(&table, buckets).ok() };
     let found = examined.as_ref().map(|e| &e.found);
+    let is_given = mapping.is_some();
     let mut proposal = match (mapping, by_name, found) {
         (Some(mapping), ..) => given(&table, mapping),
         (None, Ok(_), Some(found)) if !found.names_believed => by_physics(found),
@@ -88,7 +90,8 @@ fn open_examined(
         (None, Err(error), Some(found)) if replaces_names(found, &error) => by_physics(found),
         (None, Err(error), _) => return Err(error),
     };
-    let mut findings = found.map_or(Vec::new(), |found| settle(&mut proposal, found, mapping.is_some()));
+    let settled = examined.as_ref().map(|e| settle(&mut proposal, &e.found, &e.thin, is_given));
+    let mut findings = settled.unwrap_or_default();
     findings.extend(odd.iter().cloned());
     heaviest_first(&mut findings);
     let name = table.name.clone();

@@ -7,7 +7,8 @@ use drivescope_drive::frames::wrap_angle;
 use drivescope_drive::geodesy::STANDARD_GRAVITY;
 
 use crate::clock::median;
-use crate::evidence::{Binned, Draft, Fit, fit, nearest};
+use crate::evidence::{Binned, Draft};
+use crate::fit::{Fit, fit, nearest};
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
 /// Correlation from which two signals are taken to be about the same thing.
@@ -197,8 +198,7 @@ fn yaw_rate(draft: &mut Draft) {
         return;
     }
     let turning = crate::place::turning(draft);
-    let bins = draft.bins(["accel_y", "gyro_z", "speed", "wheel_speed_rl", "gnss_speed"], 0.5);
-    let sideways = fit(bins.iter().map(|b| (b[1].mean * first_speed(&b[2..]), b[0].mean)));
+    let sideways = sideways(draft);
     let (found, what) = match turning {
         f if is_clear(f, 0.02) => (f, "the rate at which the course turns"),
         _ if is_clear(sideways, 0.3) => (sideways, "lateral acceleration over speed"),
@@ -229,10 +229,15 @@ fn gyro_in_degrees(draft: &mut Draft, numbers: &str) {
     draft.note(format!("the gyro states no unit: taken as deg/s, since {numbers}."));
 }
 
+/// The lateral accelerometer against yaw rate times speed.
+fn sideways(draft: &Draft) -> Fit {
+    let bins = draft.bins(["accel_y", "gyro_z", "speed", "wheel_speed_rl", "gnss_speed"], 0.5);
+    fit(&mut bins.iter().map(|b| (b[1].mean * first_speed(&b[2..]), b[0].mean)))
+}
+
 /// Sign of the lateral accelerometer from yaw rate times speed.
 fn lateral(draft: &mut Draft) {
-    let bins = draft.bins(["accel_y", "gyro_z", "speed", "wheel_speed_rl", "gnss_speed"], 0.5);
-    let found = fit(bins.iter().map(|b| (b[1].mean * first_speed(&b[2..]), b[0].mean)));
+    let found = sideways(draft);
     if is_clear(found, 0.3) && found.correlation < -SAME {
         let numbers =
             format!("it is {:.2} times speed times yaw rate (correlation {:.2})", found.slope, found.correlation);
@@ -246,14 +251,14 @@ fn forward(draft: &mut Draft) {
         return;
     }
     let bins = draft.bins(["accel_x", "speed", "wheel_speed_rl", "gnss_speed"], 0.5);
-    let change = bins.windows(3).map(|w| {
+    let mut change = bins.windows(3).map(|w| {
         let speed = |b: &[Binned; 4]| first_binned(&b[1..]);
         let (before, after) = (speed(&w[0]), speed(&w[2]));
         let step = after.time - before.time;
         let rate = if step > 0.2 && step < 2.0 { (after.mean - before.mean) / step } else { f64::NAN };
         (w[1][0].mean, rate)
     });
-    let found = fit(change);
+    let found = fit(&mut change);
     if !is_clear(found, 0.3) {
         return;
     }
@@ -284,7 +289,7 @@ fn steering(draft: &mut Draft) {
         }
         let (column, top) = (draft.column(name), draft.max_abs(name));
         let bins = draft.bins([name, "gyro_z", "speed", "wheel_speed_rl", "gnss_speed"], 0.5);
-        let found = fit(bins.iter().map(|b| (b[0].mean * first_speed(&b[2..]), b[1].mean)));
+        let found = fit(&mut bins.iter().map(|b| (b[0].mean * first_speed(&b[2..]), b[1].mean)));
         let clear = is_clear(found, 0.01);
         let numbers =
             format!("yaw rate over speed is {:.5} times it (correlation {:.2})", found.slope, found.correlation);

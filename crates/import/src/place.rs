@@ -4,7 +4,8 @@ use drivescope_drive::frames::wrap_angle;
 use drivescope_drive::geodesy::radii;
 
 use crate::clock::median;
-use crate::evidence::{Binned, Draft, Fit, fit};
+use crate::evidence::{Binned, Draft};
+use crate::fit::{Fit, fit};
 
 /// Shortest way between two fixes that tells units and axes from noise, m.
 const LONG_STEP: f64 = 5.0;
@@ -224,7 +225,7 @@ pub(crate) fn turning(draft: &Draft) -> Fit {
         if b[1].last.is_finite() && !slow { b[1].last } else { b[4].last }
     };
     // The course of a bin is that of its end, so that the rate between two ends belongs to the gyro's mean in the second.
-    fit(bins.windows(2).map(|w| {
+    fit(&mut bins.windows(2).map(|w| {
         let step = w[1][0].time - w[0][0].time;
         let rate = if step > 0.5 && step < 1.5 { wrap_angle(course(&w[1]) - course(&w[0])) / step } else { f64::NAN };
         (w[1][0].mean, rate)

@@ -1,15 +1,15 @@
 //! A mapping proposed from names, units and physics, with the reason for each entry.
 
-use std::collections::BTreeMap;
-
 use drivescope_drive::csv::file_unit;
 use serde::Serialize;
 
+use crate::by_name::ByName;
+use crate::channels::signal;
 use crate::clock;
 use crate::error::ImportError;
 use crate::evidence::{Draft, Settled};
 use crate::mapping::{Mapping, SignalSource};
-use crate::names::{self, signal, time_name};
+use crate::names::{self, time_name};
 use crate::order::sort_by;
 use crate::table::{RawColumn, Table};
 use crate::units;
@@ -96,7 +96,7 @@ pub fn propose(table: &Table) -> Result<Proposal, ImportError> {
     crate::physics::check(&mut draft);
     let Settled { candidates, notes, removed, repeating } = draft.finish();
     unused.extend(removed);
-    let mut signals = BTreeMap::new();
+    let mut signals = ByName::default();
     let confidence = if clock.guess.is_some() { Confidence::Likely } else { Confidence::Certain };
     let mut entries =
         vec![Entry { signal: "t".into(), column: clock.source.column.clone(), why: clock.why, confidence }];

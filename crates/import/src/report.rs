@@ -3,11 +3,11 @@
 use drivescope_drive::drive::{Drive, Signal};
 use serde::Serialize;
 
-use crate::apply::{ChannelReport, MapReport};
+use crate::channels::signal;
 use crate::clock::epoch_text;
 use crate::examine::Finding;
+use crate::load::{ChannelReport, MapReport};
 use crate::mapping::Mapping;
-use crate::names::signal;
 use crate::propose::{Confidence, Proposal, Unused};
 use crate::table::{Layout, Table, Warning};
 

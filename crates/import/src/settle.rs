@@ -1,14 +1,14 @@
 //! Names and physics made one: a proposal by names, checked and completed by an examination.
 
-use crate::examine::{Examination, Finding, Weight, contradictions};
+use crate::examine::{Examination, Finding, Thinned, Weight, contradictions};
 use crate::propose::{Confidence, Entry, Proposal};
 
 /// Check a proposal by what was found, complete it where no person gave it, and hand over all that is to be said.
 ///
 /// What contradicts is only said, with its correction. Completed are columns without a known name that physics is sure
 /// of, and values that stand for none; each is a note.
-pub(crate) fn settle(proposal: &mut Proposal, found: &Examination, is_given: bool) -> Vec<Finding> {
-    let against = contradictions(&proposal.mapping, found);
+pub(crate) fn settle(proposal: &mut Proposal, found: &Examination, thin: &Thinned, is_given: bool) -> Vec<Finding> {
+    let against = contradictions(&proposal.mapping, found, thin);
     proposal.notes.retain(|note| !is_told(note, &against));
     let mut findings = against;
     if !is_given {
@@ -31,7 +31,7 @@ fn is_told(note: &str, against: &[Finding]) -> bool {
 
 /// Values that stand for none are left out, and that is said.
 fn blank(proposal: &mut Proposal, found: &Examination) {
-    for (signal, source) in &mut proposal.mapping.signals {
+    for (signal, source) in proposal.mapping.signals.iter_mut() {
         let Some(own) = found.mapping.signals.get(signal).filter(|o| o.column == source.column) else { continue };
         if source.blank.is_empty() && !own.blank.is_empty() {
             source.blank.clone_from(&own.blank);

@@ -159,7 +159,7 @@ fn normalize(unit: &str) -> String {
             '¹' => out.push('1'),
             'µ' | 'μ' => out.push('u'),
             '°' | 'º' => out.push_str("deg"),
-            c => out.extend(c.to_lowercase()),
+            c => out.push(c.to_ascii_lowercase()),
         }
     }
     let out = out.replace("per", "/").replace("seconds", "s").replace("second", "s").replace("sec", "s");

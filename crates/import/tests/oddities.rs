@@ -7,7 +7,7 @@
 
 use std::path::{Path, PathBuf};
 
-use drivescope_import::{Examination, OpenReport, Opening, SeekSource, Source, examine_log, open_log};
+use drivescope_import::{Examination, OpenReport, Opening, SeekSource, Source, examine_log, open_drawn, open_log};
 
 fn shared(path: &str) -> Option<PathBuf> {
     let found = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(path);
@@ -113,6 +113,22 @@ fn every_oddity_that_a_recording_reveals_is_said_when_it_is_opened() {
         }
     }
     assert!(missing.is_empty(), "not said: {missing:#?}");
+}
+
+/// Catches a finding that nobody sees: the page shows warnings, notes, and what was found beside the table of columns.
+#[test]
+fn whatever_is_found_is_told_in_a_warning_a_note_or_the_table_of_columns() {
+    for (files, _) in LOGS {
+        let paths: Option<Vec<PathBuf>> = files.iter().map(|f| shared(f)).collect();
+        let Some(paths) = paths else { continue };
+        let (_, report, examined) = open_drawn(read(&paths), None, 80).unwrap_or_else(|e| panic!("{e}"));
+        let examined = examined.expect("logs of this size are examined when they are opened");
+        assert!(report.is_examined && examined.pictures.len() == examined.found.columns.len());
+        let table = examined.found.findings.iter().map(|f| &f.text);
+        let told: Vec<&String> = report.warnings.iter().map(|w| &w.message).chain(&report.notes).chain(table).collect();
+        let untold: Vec<&String> = report.findings.iter().map(|f| &f.text).filter(|t| !told.contains(t)).collect();
+        assert!(untold.is_empty(), "{}: {untold:#?}", files[0]);
+    }
 }
 
 #[test]

@@ -32,7 +32,7 @@ const MODULES: [Module; 4] = [
     Module { name: "drives", mark: "_drives", budget: 145_000, is_on_demand: false },
     Module { name: "doctor", mark: "_doctor", budget: 110_000, is_on_demand: true },
     Module { name: "gallery", mark: "gallery", budget: 430_000, is_on_demand: true },
-    Module { name: "readers", mark: "_readers", budget: 445_000, is_on_demand: true },
+    Module { name: "readers", mark: "_readers", budget: 430_000, is_on_demand: true },
 ];
 
 /// Gzipped bytes of the built page.

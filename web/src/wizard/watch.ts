@@ -54,7 +54,7 @@ export class Watch {
     beside.button.ariaHasPopup = 'dialog';
     beside.button.addEventListener('click', show);
     store.report.watch(() => this.#opened());
-    for (const heard of [this.examined, this.trial, this.isReading, this.recognised]) heard.on(() => this.#tell());
+    for (const heard of [this.examined, this.isWorking, this.trial, this.isReading, this.recognised]) heard.on(() => this.#tell());
   }
 
   /** The mapping of the open log; null where it was not read with one. */
@@ -189,7 +189,8 @@ export class Watch {
     const mapping = this.mapping;
     const issues = mapping && this.trial.value ? this.issues(mapping, this.trial.value) : [];
     const recognised = this.#recognisedBy();
-    const guessed = this.examined.value ? guesses(this.examined.value[0]) : 0;
+    // What contradicts comes first.
+    const guessed = this.examined.value && !this.isWorking.value ? guesses(this.examined.value[0]) : 0;
     const isFocused = this.#beside.notice.contains(document.activeElement);
     this.#beside.notice.hidden = issues.length === 0 && !recognised && guessed === 0;
     this.#beside.notice.replaceChildren(...(mapping && !this.#beside.notice.hidden ? this.#told(mapping, issues, recognised, guessed) : []));

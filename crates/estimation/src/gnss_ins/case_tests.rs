@@ -247,32 +247,64 @@ fn the_smoothed_drives_are_the_references() {
     }
 }
 
-/// Issue 7: in RMS of the whole drive the second pass is never worse than the first, and it says that it is surer.
-///
-/// One exception, of the kind that SPEC navigation 10.5 has inside the outage (0.71 against 0.66 m): the aided, tightly coupled urban
-/// drive, 0.67 against 0.62 m. Both are errors of the satellites that last for minutes: the first pass has not yet seen what
-/// the second one believes.
+/// What the first pass alone shows.
+fn forward(drive: &Drive, params: &GnssInsParams) -> Series {
+    let mut estimator = GnssIns::new(params, &VehicleParams::default(), &drive.start());
+    estimator.look_ahead(drive);
+    let mut out = Channel::default();
+    for epoch in drive.epochs() {
+        if let Some(estimate) = estimator.step(&epoch).unwrap() {
+            out.push(epoch.time, estimate).unwrap();
+        }
+    }
+    out.into_series()
+}
+
+/// Issue 7: in RMS of the whole drive the second pass is never worse than the filter without one, and it is surer than the first pass
+/// that it looks back on.
 #[test]
-fn the_second_pass_is_never_worse_than_the_first() {
+fn the_second_pass_is_never_worse_than_the_filter() {
     for (name, start) in [("table1", 1000), ("urban", 900), ("table1_navgrade", 1000), ("obstacle", 1)] {
         let Some(drive) = navigation_case(name) else { return };
         let couplings =
             if drive.raw_gnss.is_empty() { &[Coupling::Loose][..] } else { &[Coupling::Loose, Coupling::Tight] };
         for (aided, &coupling) in [false, true].into_iter().flat_map(|aided| couplings.iter().map(move |c| (aided, c)))
         {
-            let first = GnssInsParams { coupling, ..params(&drive, start, aided) };
-            let both = GnssInsParams { smoother: Smoother::Rts, ..first.clone() };
-            let (first, both) = (run(&drive, &first), run(&drive, &both));
+            let filter = GnssInsParams { coupling, ..params(&drive, start, aided) };
+            let smoother = GnssInsParams { smoother: Smoother::Rts, ..filter.clone() };
+            let (filter, first, both) = (run(&drive, &filter), forward(&drive, &smoother), run(&drive, &smoother));
             let from = drive.imu.time()[start] + 0.1;
-            let [before, after] = [&first, &both].map(|e| horizontal_errors(&drive, e, from, f64::MAX).0);
+            let [before, after] = [&filter, &both].map(|e| horizontal_errors(&drive, e, from, f64::MAX).0);
             println!("{name}, aided {aided}, {coupling:?}: rms {before:.3} m, smoothed {after:.3} m");
-            let is_exception = name == "urban" && aided && coupling == Coupling::Tight;
-            let limit = if is_exception { before + 0.06 } else { before };
-            assert!(after <= limit, "{name} {aided} {coupling:?}: {before} {after}");
+            assert!(after <= before, "{name} {aided} {coupling:?}: {before} {after}");
             let sigmas = first.column("north_sigma").unwrap().iter().zip(both.column("north_sigma").unwrap());
             assert!(sigmas.clone().all(|(a, b)| *b <= a * 1.001), "{name} {aided} {coupling:?}");
         }
     }
+}
+
+/// Ranges whose errors last for minutes, taken as new ones each second, made the second pass worse than the filter on the urban
+/// drive (0.67 against 0.62 m) and 3.6 times as sure as it may be. Ranges that share their error: better, and sure by 2.2 times.
+#[test]
+fn errors_of_ranges_that_last_are_not_smoothed_away() {
+    let Some(drive) = navigation_case("urban") else { return };
+    let aided = params(&drive, 900, true);
+    let outcome = |range_error_time: f64| {
+        let smoother = Smoother::Rts;
+        let p = GnssInsParams { coupling: Coupling::Tight, smoother, range_error_time, ..aided.clone() };
+        let estimates = run(&drive, &p);
+        let from = estimates.time().partition_point(|&t| t < 18.1);
+        let square = |name: &str| {
+            let values = &estimates.column(name).unwrap()[from..];
+            values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64
+        };
+        let sigma = (square("north_sigma") + square("east_sigma")).sqrt();
+        (horizontal_errors(&drive, &estimates, 18.1, f64::MAX).0, sigma)
+    };
+    let (white, lasting) = (outcome(0.0), outcome(GnssInsParams::default().range_error_time));
+    println!("rms and sigma: {white:.3?} as if new, {lasting:.3?} as they last");
+    let in_sigmas = |(rms, sigma): (f64, f64)| rms / sigma;
+    assert!(lasting.0 < 0.95 * white.0 && in_sigmas(lasting) < 0.7 * in_sigmas(white) && in_sigmas(white) > 3.0);
 }
 
 /// What the tightly coupled filter is worth on the urban drive: SPEC navigation 10.5, 10 % or 0.05 m; issue 7, at most 1.1 m under

@@ -240,6 +240,22 @@ pub fn update<const M: usize>(
     variance: &SVector<f64, M>,
     gate: Option<f64>,
 ) -> Result<Outcome<ALL_STATES>, NotPositiveDefinite> {
+    update_repeated(p, z, h, variance, 1.0, gate)
+}
+
+/// The same of a measurement whose error lasts: gated by its own noise, but folded in with a variance `repeats` times as large, for
+/// so many measurements share one error.
+///
+/// # Errors
+/// As [`update`].
+pub fn update_repeated<const M: usize>(
+    p: &mut Covariance,
+    z: &SVector<f64, M>,
+    h: &SMatrix<f64, M, ALL_STATES>,
+    variance: &SVector<f64, M>,
+    repeats: f64,
+    gate: Option<f64>,
+) -> Result<Outcome<ALL_STATES>, NotPositiveDefinite> {
     let rows: [Row; M] = std::array::from_fn(|row| Row::new(h, row));
     let mut s = SMatrix::<f64, M, M>::from_diagonal(variance);
     for (column, row) in rows.iter().enumerate() {
@@ -255,7 +271,7 @@ pub fn update<const M: usize>(
     }
     let mut dx = Errors::zeros();
     for (k, row) in rows.iter().enumerate() {
-        apply_row(p, z[k], row, variance[k], &mut dx);
+        apply_row(p, z[k], row, variance[k] * repeats, &mut dx);
     }
     symmetrize(p);
     Ok(Outcome::Accepted { dx, nis })

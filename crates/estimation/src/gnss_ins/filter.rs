@@ -186,10 +186,22 @@ impl Filter {
         sigma: &SVector<f64, M>,
         tuning: &Tuning,
     ) -> Option<Verdict> {
+        self.update_repeated(prediction, sigma, 1.0, tuning)
+    }
+
+    /// The same of a measurement that shares its error with others, `repeats` in all: see [`covariance::update_repeated`].
+    pub fn update_repeated<const M: usize>(
+        &mut self,
+        prediction: &Prediction<M>,
+        sigma: &SVector<f64, M>,
+        repeats: f64,
+        tuning: &Tuning,
+    ) -> Option<Verdict> {
         self.commit(tuning);
         let variance = sigma.map(|s| s * s);
         let gate = tuning.gates.rows::<M>();
-        let outcome = covariance::update(&mut self.covariance, &prediction.z, &prediction.h, &variance, gate).ok()?;
+        let (p, z, h) = (&mut self.covariance, &prediction.z, &prediction.h);
+        let outcome = covariance::update_repeated(p, z, h, &variance, repeats, gate).ok()?;
         if let Outcome::Accepted { dx, .. } = outcome {
             self.correct(&dx);
             self.revision += 1;

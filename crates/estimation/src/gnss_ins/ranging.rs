@@ -26,11 +26,13 @@ const AGREEMENT: f64 = 50.0;
 /// Sigma of the clock's offset after a jump, m.
 const JUMP_SIGMA: f64 = 30.0;
 
-/// How old ranges are, and how the car accelerated since (north, east, down, m/s^2).
-#[derive(Clone, Copy, Debug, Default)]
+/// How old ranges are, how the car accelerated since (north, east, down, m/s^2), and how much they have in common.
+#[derive(Clone, Copy, Debug)]
 pub struct Lag {
     /// Age, s.
     pub age: f64,
+    /// How many ranges of a satellite share one error: see [`Tuning::ranges_per_error`].
+    pub repeats: f64,
     /// Acceleration.
     pub acceleration: Vector3<f64>,
 }
@@ -122,7 +124,8 @@ impl Ranging {
             let lagging = filter.state.navigation.velocity * lag.age;
             prediction.z.x -= prediction.h.fixed_view::<1, 3>(0, POSITION).transpose().dot(&lagging)
                 + filter.state.clock_drift * lag.age;
-            let verdict = filter.update(&prediction, &vector![p.range_sigma * p.gnss_scale], tuning);
+            let sigma = vector![p.range_sigma * p.gnss_scale];
+            let verdict = filter.update_repeated(&prediction, &sigma, lag.repeats, tuning);
             verdicts.range.add(verdict);
             count_refusals(filter, &mut self.refusals, verdict, p.max_reject);
             if !is_yaw_known {

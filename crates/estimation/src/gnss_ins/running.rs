@@ -124,8 +124,8 @@ impl Running {
         }
         match (aids.ranges, &aids.fix) {
             (Some((satellites, age)), _) if tuning.params.coupling == Coupling::Tight => {
-                self.since_ranges = 0.0;
                 self.aid_by_ranges(satellites, age, time, tuning, &mut verdicts, notices);
+                self.since_ranges = 0.0;
             }
             (_, Some((fix, age))) if self.since_ranges > LONGEST_RANGE_WAIT => {
                 self.aid_by_satellites(fix, *age, tuning, &mut verdicts);
@@ -286,7 +286,8 @@ impl Running {
         notices: &mut Notices,
     ) {
         self.settle(tuning);
-        let lag = Lag { age, acceleration: self.acceleration };
+        let repeats = tuning.ranges_per_error(self.since_ranges);
+        let lag = Lag { age, repeats, acceleration: self.acceleration };
         if self.ranging.aid(&mut self.filter, satellites, &lag, self.is_yaw_known, tuning, verdicts) {
             notices.add("the receiver clock jumped", time);
         }

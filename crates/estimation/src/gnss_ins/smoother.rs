@@ -60,6 +60,12 @@ impl Pass {
         1.0 - self.left as f64 / self.store.len() as f64
     }
 
+    /// Where the pass stands: time, smoothed state and its covariance.
+    #[cfg(test)]
+    pub(super) fn here(&self) -> (f64, &State, &Covariance) {
+        (self.time, &self.state, &self.covariance)
+    }
+
     fn step(&mut self, index: usize, rows: &mut Channel<GnssInsEstimate>, tuning: &Tuning) {
         let (&kept, filtered) = self.store.at(index);
         let mut predicted = filtered;

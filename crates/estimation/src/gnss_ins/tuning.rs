@@ -91,6 +91,11 @@ params! {
         gnss_scale (""): number = 1.0, "1", 1.0 ..= 5.0 Linear, from "SPEC navigation 10.6";
         /// Sigma of a pseudorange.
         range_sigma (""): number = 1.5, "m", 0.3 ..= 10.0 Log, from "SPEC navigation 3";
+        /// How long errors of pseudoranges last, for the second pass: later ones tell less that is new, and their mean stays off.
+        /// The filter without a second pass takes each for new. More: the second pass leans on the car's own motion, which
+        /// pays up to 12 s where `odometer_scale` is on.
+        range_error_time (""): number = 2.0, "s", 0.0 ..= 600.0 Linear,
+            from "ours: as long as the scale of an odometer that is not estimated allows; SPEC navigation 5 has 120 s";
         /// Sigma of the rate of a pseudorange.
         range_rate_sigma (""): number = 0.08, "m/s", 0.02 ..= 1.0 Log, from "SPEC navigation 3";
         /// Noise of the receiver clock's offset. More: the clock follows the ranges faster.
@@ -212,6 +217,19 @@ impl Tuning {
             node: params.node as usize,
             params: params.clone(),
         }
+    }
+
+    /// How many ranges of a satellite share one error, where they come every `step` s; 1 without a second pass.
+    ///
+    /// `(1 + a) / (1 - a)` with `a = exp(-step / time)`: so many times larger is the variance of white noise that leaves a long mean
+    /// as uncertain as a first-order Gauss-Markov error does.
+    pub fn ranges_per_error(&self, step: f64) -> f64 {
+        let time = self.params.range_error_time;
+        if self.params.smoother == Smoother::Off || time <= 0.0 {
+            return 1.0;
+        }
+        let left = (-step.max(1e-3) / time).exp();
+        (1.0 + left) / (1.0 - left)
     }
 
     /// Number of errors that a run may estimate, counted to the last one.

@@ -252,6 +252,7 @@ impl Detector {
         self.quiet_rows = if is_quiet { self.quiet_rows + 1 } else { 0 };
         let is_nearly_still = self.recent_tilt_rate.mean() <= NEARLY_STILL * self.thresholds.tilt_rate;
         let rested = self.rules.mode == MotionMode::Stationary;
+        let stays = wheels == WheelState::Stay;
         let rule = self.rules.decide(&Row {
             statistics,
             indicator,
@@ -264,8 +265,10 @@ impl Detector {
             } else {
                 (statistics.yaw_rate.abs() > self.turning).then_some(Rule::Turns)
             },
-            has_gained: self.gain.has_gained(),
-            is_bearable: self.bearable.indicator(&statistics) == 1 && statistics.force_step <= self.bearable.force_step,
+            has_gained: if stays { self.gain.has_gained() } else { None },
+            is_bearable: stays
+                && self.bearable.indicator(&statistics) == 1
+                && statistics.force_step <= self.bearable.force_step,
         });
         if rested && self.rules.mode != MotionMode::Stationary {
             self.gain.launch();

@@ -231,13 +231,13 @@ mod tests {
             assert!(found[..(13.0 * rate) as usize].iter().all(|v| *v != Verdict::Stay), "{rate} Hz");
         }
         assert!(all(1.0, 60.0, |t| [0.2 * t, 0.0]).iter().all(|v| *v == Verdict::Unknown));
-        // A tenth of a second of arc is 3.1 m to the north, and as much to the east only at the equator.
+        // As far as 0.57 m a second would be at the equator.
         let mut fixes = Fixes::new();
         for k in 0..8 {
-            let lon = 0.5 + f64::from(k) * 1.2e-7;
+            let lon = 0.5 + f64::from(k) * 0.9e-7;
             fixes.push(f64::from(k), &Gnss { lat: 1.4, lon, ..Gnss::default() });
         }
-        assert_eq!(fixes.verdict(7.0), Verdict::Stay, "0.13 m a second to the east at 80 degrees");
+        assert_eq!(fixes.verdict(7.0), Verdict::Stay, "0.1 m a second to the east at 80 degrees");
     }
 
     /// Catches motion told of a parked car under trees, and rest told where a place has just leapt.

@@ -34,7 +34,7 @@ fn triad(s: &Survey, stem: &str) -> Option<[(usize, f64); 3]> {
         let signal = format!("{stem}{axis}");
         let column = s.names.iter().position(|c| c.as_ref().is_some_and(|c| c.signal == signal))?;
         let c = s.names[column].as_ref()?;
-        let si = crate::names::signal(&signal)?.unit;
+        let si = crate::channels::signal(&signal)?.unit;
         Some((column, c.scale * units::factor(&c.unit, si)?))
     };
     Some([one("x")?, one("y")?, one("z")?])
@@ -134,7 +134,7 @@ fn circle(s: &mut Survey) {
     // The level field of the Earth is 10 to 42 uT; a name's unit may be a convention only.
     const LEVEL: f64 = 22.0;
     let (unit, off) =
-        crate::evidence::nearest(raw / LEVEL, &[("uT", 1.0), ("G", 0.01), ("T", 1e-6), ("nT", 1e3), ("mG", 10.0)]);
+        crate::fit::nearest(raw / LEVEL, &[("uT", 1.0), ("G", 0.01), ("T", 1e-6), ("nT", 1e3), ("mG", 10.0)]);
     let Some(one) = units::factor(unit, "uT").filter(|_| off < 1.1) else { return };
     let offset = fits.map(|f| f.x[2] * one);
     let level = offset[0].hypot(offset[1]);

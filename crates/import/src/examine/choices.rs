@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::survey::canonical_unit;
-use crate::names::CHANNELS;
+use crate::channels::CHANNELS;
 use crate::units;
 
 /// A signal that a raw column can be read as.

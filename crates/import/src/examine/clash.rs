@@ -4,19 +4,22 @@ use drivescope_drive::frames::wrap_angle;
 use drivescope_drive::geodesy::STANDARD_GRAVITY;
 use serde::Serialize;
 
+use super::hold::Held;
+use super::reading::{REACH, Reading, series};
 use super::scene::{Field, STEP, slope};
 use super::survey::canonical_unit;
-use super::trial::{REACH, Reading, Thinned, series};
+use super::thinned::Thinned;
+use crate::channels::signal;
 use crate::clock::median;
-use crate::evidence::fit;
-use crate::mapping::Mapping;
-use crate::names::signal;
+use crate::mapping::{Mapping, SignalSource};
 use crate::units;
 
-/// Correlation from which a sign is told, and from which a scale is.
-const TELLS: [f64; 2] = [0.6, 0.85];
-/// Scales between these are not contradicted: a car leans, and a road climbs.
-const SCALES: [f64; 2] = [0.72, 1.4];
+/// Fewer values are too few.
+const ENOUGH: usize = 20;
+/// Between these, a bank explains the scale of the sideways force.
+const BANKED: std::ops::Range<f64> = 0.4..2.5;
+/// Between these, a field that turns turns with the car.
+const TURNING: std::ops::Range<f64> = 0.3..3.0;
 /// A unit explains a scale this well, as the logarithm of the factor.
 const NEAR: f64 = 0.12;
 
@@ -31,6 +34,14 @@ pub struct Correction {
     pub scale: f64,
 }
 
+impl Correction {
+    /// A source with it.
+    pub(crate) fn of(&self, source: &SignalSource) -> SignalSource {
+        let unit = Some(self.unit.clone()).filter(|u| u != canonical_unit(&self.signal));
+        SignalSource { unit, scale: self.scale, ..source.clone() }
+    }
+}
+
 /// A contradiction between what a mapping says and what the sensors measure.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Clash {
@@ -42,19 +53,6 @@ pub struct Clash {
     pub text: String,
     /// What puts it right; empty where nothing simple does.
     pub corrections: Vec<Correction>,
-}
-
-/// What one signal measures against what others say that it should.
-struct Against<'a> {
-    name: &'static str,
-    /// Signals that share its unit, itself among them.
-    family: &'a [&'static str],
-    /// What it is held against, in words.
-    what: String,
-    /// Expected and measured values.
-    pairs: Vec<(f64, f64)>,
-    /// Least standard deviation of what is expected.
-    least: f64,
 }
 
 const ACCEL: [&str; 3] = ["accel_x", "accel_y", "accel_z"];
@@ -92,6 +90,16 @@ fn pairs(expected: &[f64], measured: &[f64]) -> Vec<(f64, f64)> {
     (REACH..expected.len()).step_by(REACH / 2).map(|i| (mean(&a, i), mean(&b, i))).collect()
 }
 
+/// The same of a rate: how much its integral changes over the two seconds, and its mean.
+fn changes(integral: &[f64], measured: &[f64]) -> Vec<(f64, f64)> {
+    let (a, b) = (Field::made(integral.to_vec()), Field::made(measured.to_vec()));
+    let pair = |i: usize| {
+        let (from, to) = ((i - REACH) as f64 * STEP, (i + REACH) as f64 * STEP);
+        ((a.at(to) - a.at(from)) / (to - from), b.mean(from, to))
+    };
+    (REACH..integral.len()).step_by(REACH / 2).map(pair).collect()
+}
+
 impl Court<'_> {
     /// Unit and factor with which a signal is read.
     fn reading(&self, name: &str) -> Option<(String, f64)> {
@@ -104,7 +112,7 @@ impl Court<'_> {
     }
 
     fn say(&mut self, signals: &[&str], text: String, corrections: Vec<Correction>) {
-        let columns = signals.iter().filter_map(|s| self.mapping.signals.get(*s)).map(|s| s.column.clone()).collect();
+        let columns = signals.iter().filter_map(|s| self.mapping.signals.get(s)).map(|s| s.column.clone()).collect();
         let signals = signals.iter().map(|s| (*s).to_owned()).collect();
         self.clashes.push(Clash { signals, columns, text, corrections });
     }
@@ -129,36 +137,28 @@ impl Court<'_> {
         names.iter().filter_map(one).collect()
     }
 
-    /// Say it where a signal has the wrong sign or scale. True where the sign is wrong.
-    fn hold(&mut self, case: Against) -> bool {
-        let known = |p: &&(f64, f64)| p.0.is_finite() && p.1.is_finite();
-        let count = case.pairs.iter().filter(known).count();
-        let found = fit(case.pairs.iter().copied());
-        let spread = found.spread * found.correlation.abs() / found.slope.abs();
-        if count < 20 || !found.correlation.is_finite() || spread < case.least {
+    /// Say it where a signal has the wrong sign or scale, which `family` share with it. True where the sign is wrong.
+    fn hold(&mut self, name: &'static str, family: &[&'static str], held: &Held, least: f64) -> bool {
+        let (is_turned, is_scaled) = (held.is_turned(), held.is_scaled());
+        if !held.shows(ENOUGH, least) || !is_turned && !is_scaled {
             return false;
         }
-        let (c, scale) = (found.correlation, found.slope / found.correlation.abs());
-        let (is_turned, size) = (c < -TELLS[0], scale.abs());
-        let is_scaled = c.abs() > TELLS[1] && !(SCALES[0]..SCALES[1]).contains(&size);
-        if !is_turned && !is_scaled {
-            return false;
-        }
-        let label = self.label(case.name);
-        let numbers = format!("correlation {c:.2}, scale {size:.2} over {count} values");
-        let text = if is_turned {
-            format!("{label} has the opposite sign of {}: {numbers}.", case.what)
-        } else {
-            format!("{label} is {size:.3} times {}: {numbers}.", case.what)
-        };
-        let scaled = if is_scaled { self.rescale(case.family, size) } else { Vec::new() };
+        let scaled = if is_scaled { self.rescale(family, held.scale().abs()) } else { Vec::new() };
         let turned = |mut c: Correction| {
-            c.scale *= if is_turned && c.signal == case.name { -1.0 } else { 1.0 };
+            c.scale *= if is_turned && c.signal == name { -1.0 } else { 1.0 };
             c
         };
-        let corrections = if is_scaled { scaled.into_iter().map(turned).collect() } else { self.flip(&[case.name]) };
-        self.say(&[case.name], text, corrections);
+        // A factor that no unit explains is not taken for a calibration where the sign is wrong already.
+        let is_unit = |c: &Correction| self.reading(&c.signal).is_some_and(|(unit, _)| unit != c.unit);
+        let explains = is_scaled && (!is_turned || scaled.iter().any(is_unit));
+        let corrections = if explains { scaled.into_iter().map(turned).collect() } else { self.flip(&[name]) };
+        self.say(&[name], held.sentence(&format!("{} as {name}", self.label(name))), corrections);
         is_turned
+    }
+
+    /// The same where nothing but the sign can be told.
+    fn hold_sign(&mut self, name: &'static str, held: &Held, least: f64) -> bool {
+        held.is_turned() && self.hold(name, &[], held, least)
     }
 
     /// Velocities against the change of the places.
@@ -166,8 +166,8 @@ impl Court<'_> {
         for (axis, name) in ["gnss_vn", "gnss_ve"].into_iter().enumerate() {
             let Some(v) = series(self.thin, self.mapping, name) else { continue };
             let what = format!("the change of {}", self.label(["gnss_lat", "gnss_lon"][axis]));
-            let pairs = pairs(&slope(&self.r.place[axis], REACH), &v);
-            self.hold(Against { name, family: &["gnss_vn", "gnss_ve", "gnss_vd"], what, pairs, least: 1.0 });
+            let held = Held::new(what, &pairs(&slope(&self.r.place[axis], REACH), &v));
+            self.hold(name, &["gnss_vn", "gnss_ve", "gnss_vd"], &held, 1.0);
         }
     }
 
@@ -209,7 +209,7 @@ impl Court<'_> {
         let force = &self.r.force;
         let size = |i: usize| (force[0][i].powi(2) + force[1][i].powi(2) + force[2][i].powi(2)).sqrt();
         let all: Vec<f64> = (0..self.r.bins).map(size).filter(|v| v.is_finite()).collect();
-        if all.len() < 20 {
+        if all.len() < ENOUGH {
             return false;
         }
         let ratio = median(all) / STANDARD_GRAVITY;
@@ -242,26 +242,26 @@ impl Court<'_> {
     /// The yaw gyro against the rate of the course.
     fn turning(&mut self) {
         let Some(ground) = &self.r.ground else { return };
-        let pairs = pairs(&ground[2], &self.r.rates[2]);
-        let what = format!("the rate at which the course {} turns", self.of_ground());
-        self.hold(Against { name: "gyro_z", family: &GYRO, what, pairs, least: 0.015 });
+        let held = Held::new(format!("d(course)/dt {}", self.of_ground()), &pairs(&ground[2], &self.r.rates[2]));
+        self.hold("gyro_z", &GYRO, &held, 0.015);
     }
 
     /// The level accelerometers against the change of speed and speed times rate of turn.
     fn forces(&mut self, is_g: bool) {
-        let speed = if self.r.ground.is_some() { "speed".into() } else { self.speed_label() };
-        let what = [format!("d({speed})/dt"), format!("{speed} times rate of turn")];
-        let mut is_forward = false;
-        for ((axis, expected), what) in self.r.expected().iter().enumerate().zip(what) {
-            let pairs = pairs(expected, &self.r.force[axis]);
-            // Gravity tells the unit better.
-            let family: &[&str] = if is_g { &ACCEL[axis..=axis] } else { &ACCEL };
-            let (forward, tells) = (axis == 0, fit(pairs.iter().copied()).correlation > TELLS[0]);
-            let is_known = self.hold(Against { name: ACCEL[axis], family, what, pairs: pairs.clone(), least: 0.25 });
-            is_forward |= forward && (tells || is_known);
-            if !forward && !is_known && is_g {
-                self.circling(&pairs, is_forward);
-            }
+        let of = if self.r.ground.is_some() { self.of_ground() } else { self.of_speed() };
+        // Gravity tells the unit better.
+        let family: &[&str] = if is_g { &["accel_x"] } else { &ACCEL };
+        let held = Held::new(format!("d(speed)/dt {of}"), &changes(&self.r.pace, &self.r.force[0]));
+        let is_forward = self.hold("accel_x", family, &held, 0.25) || held.goes_with();
+        let [_, sideways] = self.r.expected();
+        let pairs = pairs(&sideways, &self.r.force[1]);
+        let held = Held::new(format!("speed times rate of turn {of}"), &pairs);
+        // A bank takes part of the sideways force away or adds to it; only a unit is further off.
+        let is_banked = is_g || BANKED.contains(&held.scale().abs());
+        let is_turned =
+            if is_banked { self.hold_sign("accel_y", &held, 0.25) } else { self.hold("accel_y", &ACCEL, &held, 0.25) };
+        if !is_turned && is_g {
+            self.circling(&pairs, is_forward);
         }
     }
 
@@ -272,7 +272,7 @@ impl Court<'_> {
         let n = known.len() as f64;
         let (expected, measured) = known.iter().fold((0.0, 0.0), |(e, m), p| (e + p.0 / n, m + p.1 / n));
         let apart = (measured - expected).abs();
-        if known.len() < 20 || expected.abs() < 0.8 || measured * expected > -0.4 * expected.powi(2) {
+        if known.len() < ENOUGH || expected.abs() < 0.8 || measured * expected > -0.4 * expected.powi(2) {
             return;
         }
         let text = format!(
@@ -285,20 +285,17 @@ impl Court<'_> {
         self.say(&["accel_y"], text, corrections);
     }
 
-    fn speed_label(&self) -> String {
-        SPEEDS.iter().find(|s| self.mapping.signals.contains_key(**s)).map_or("speed".into(), |s| self.label(s))
+    fn of_speed(&self) -> String {
+        let name = SPEEDS.iter().find(|s| self.mapping.signals.contains_key(s));
+        format!("of {}", self.label(name.unwrap_or(&"speed")))
     }
 
     /// Roll and pitch gyros against the change of the lean: only the sign, the lean is rough.
     fn leaning(&mut self) {
         for (axis, lean) in self.r.lean_by_force().iter().enumerate() {
-            let pairs = pairs(&slope(lean, REACH / 2), &self.r.rates[axis]);
-            let found = fit(pairs.iter().copied());
-            if found.correlation < -TELLS[0] {
-                let word = ["roll", "pitch"][axis];
-                let what = format!("the change of the {word} by the accelerometer");
-                self.hold(Against { name: GYRO[axis], family: &GYRO[axis..=axis], what, pairs, least: 0.004 });
-            }
+            let what = format!("the change of the {} by the accelerometer", ["roll", "pitch"][axis]);
+            let held = Held::new(what, &pairs(&slope(lean, REACH / 2), &self.r.rates[axis]));
+            self.hold_sign(GYRO[axis], &held, 0.004);
         }
     }
 
@@ -307,10 +304,8 @@ impl Court<'_> {
         for name in ["steering_wheel", "steer"] {
             let Some(angle) = series(self.thin, self.mapping, name) else { continue };
             let bend = self.r.turn.iter().zip(&self.r.pace).map(|(w, v)| if *v > 3.0 { w / v } else { f64::NAN });
-            let pairs = pairs(&bend.collect::<Vec<f64>>(), &angle);
-            if fit(pairs.iter().copied()).correlation < -TELLS[0] {
-                self.hold(Against { name, family: &[], what: "the curvature of the path".into(), pairs, least: 0.001 });
-            }
+            let bend: Vec<f64> = bend.collect();
+            self.hold_sign(name, &Held::new("the curvature of the path".into(), &pairs(&bend, &angle)), 0.001);
         }
     }
 
@@ -319,7 +314,7 @@ impl Court<'_> {
         let field = &self.r.field;
         let size = |i: usize| (field[0][i].powi(2) + field[1][i].powi(2) + field[2][i].powi(2)).sqrt();
         let all: Vec<f64> = (0..self.r.bins).map(size).filter(|v| v.is_finite()).collect();
-        if all.len() < 20 {
+        if all.len() < ENOUGH {
             return;
         }
         let usual = median(all);
@@ -348,13 +343,12 @@ impl Court<'_> {
                 if now.is_finite() { unwound } else { f64::NAN }
             })
             .collect();
-        let pairs = pairs(&self.r.turn, &slope(&turned, REACH / 2));
-        if fit(pairs.iter().copied()).correlation < -TELLS[0] {
-            let what = "the rate of turn".to_owned();
-            self.hold(Against { name: "mag_y", family: &[], what, pairs, least: 0.03 });
-            return;
+        let held = Held::new("the rate of turn".into(), &pairs(&self.r.turn, &slope(&turned, REACH / 2)));
+        if TURNING.contains(&held.scale().abs()) && held.is_turned() {
+            self.hold_sign("mag_y", &held, 0.03);
+        } else {
+            self.pointing();
         }
-        self.pointing();
     }
 
     /// Whether the compass points backwards of the course.

@@ -158,7 +158,7 @@ pub(crate) fn oddities(table: &Table, source: &TimeSource, findings: &mut Vec<Fi
 /// Seconds of a GPS week, or seconds since 1980 as receivers count them.
 fn gps_time(values: &[f64], factor: f64, name: &str, say: &mut dyn FnMut(Weight, String)) {
     let first = values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0) * factor;
-    let called = name.to_lowercase();
+    let called = name.to_ascii_lowercase();
     let is_gps = ["gps", "tow", "gnss"].iter().any(|w| called.contains(w));
     if (1.0e9..2.0e9).contains(&first) {
         // GPS time began on 1980-01-06; 18 leap seconds since.

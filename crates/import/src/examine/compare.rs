@@ -1,40 +1,70 @@
-//! A mapping in use against what an examination found: contradictions in numbers, with the correction of each.
+//! A mapping in use against the log and against what was found about it: contradictions in numbers, with the correction
+//! of each.
 
+use super::clash::{Clash, clashes};
+use super::reading::Reading;
 use super::survey::{Finding, Kind, Weight, canonical_unit, kind};
+use super::thinned::Thinned;
 use super::{ColumnView, Examination};
+use crate::channels::signal;
 use crate::correction::Amendment;
 use crate::mapping::{Mapping, SignalSource};
-use crate::names::signal;
 use crate::propose::Confidence;
 use crate::units;
 
 /// Factors of one signal that differ by less agree (log).
 const SAME: f64 = 0.05;
 
-/// What a mapping gets wrong, by what was found.
-pub(crate) fn contradictions(used: &Mapping, found: &Examination) -> Vec<Finding> {
-    let mut out = Vec::new();
+/// What a mapping gets wrong: what contradicts itself as it reads the log, and what was found to be otherwise.
+pub(crate) fn contradictions(used: &Mapping, found: &Examination, thin: &Thinned) -> Vec<Finding> {
+    let (turned, mut differ) = differences(used, found);
+    let mut out: Vec<Finding> =
+        clashes(thin, used, &Reading::new(thin, used)).into_iter().map(|c| told(c, used)).collect();
+    let mut other = Vec::new();
+    for triad in [Kind::Accel, Kind::Gyro, Kind::Mag] {
+        let of_kind: Vec<_> = turned.iter().filter(|(_, name)| kind(name) == triad).copied().collect();
+        if !of_kind.is_empty() {
+            other.push(axes(&of_kind, triad, found));
+        }
+    }
+    let single = turned.iter().filter(|(_, name)| !matches!(kind(name), Kind::Accel | Kind::Gyro | Kind::Mag));
+    other.extend(single.map(|(view, name)| self::other(view, name, found)));
+    // Axes that are exchanged, and units that the file itself states wrongly, explain what contradicts them.
+    let stated = found.findings.iter().filter(|f| f.weight == Weight::Contradiction && f.correction.is_some());
+    let explained = |f: &Finding, by: &Finding| f.columns.iter().all(|c| by.columns.contains(c));
+    out.retain(|f| !other.iter().chain(stated.clone()).any(|by| explained(f, by)));
+    differ.retain(|f| !out.iter().any(|by| explained(f, by)));
+    out.extend(differ);
+    out.extend(other);
+    out
+}
+
+/// Columns that are another signal than the mapping says, with what it says, and those with another sign or unit.
+fn differences<'a>(used: &'a Mapping, found: &'a Examination) -> (Vec<(&'a ColumnView, &'a str)>, Vec<Finding>) {
+    let (mut turned, mut differ) = (Vec::new(), Vec::new());
     let sure = |v: &&ColumnView| !v.by_name && v.confidence.is_some_and(|c| c >= Confidence::Likely);
-    let mut turned = Vec::new();
     for view in found.columns.iter().filter(sure) {
         let Some(own) = view.signal.as_deref().filter(|s| *s != "t" && kind(s) != Kind::Place) else { continue };
         let Some((name, source)) = used.signals.iter().find(|(_, s)| s.column == view.column) else { continue };
         if name != own {
             turned.push((view, name.as_str()));
-        } else if let Some(finding) = factor(view, own, source, found) {
-            out.push(finding);
+        } else {
+            differ.extend(factor(view, own, source, found));
         }
     }
-    for triad in [Kind::Accel, Kind::Gyro, Kind::Mag] {
-        let of_kind: Vec<_> = turned.iter().filter(|(_, name)| kind(name) == triad).copied().collect();
-        if !of_kind.is_empty() {
-            out.push(axes(&of_kind, triad, found));
+    (turned, differ)
+}
+
+/// What contradicts itself, with what puts it right.
+fn told(clash: Clash, used: &Mapping) -> Finding {
+    let mut correction = Amendment::default();
+    for c in &clash.corrections {
+        if let Some(source) = used.signals.get(&c.signal) {
+            correction.signals.insert(c.signal.clone(), c.of(source));
         }
     }
-    for &(view, name) in turned.iter().filter(|(_, name)| !matches!(kind(name), Kind::Accel | Kind::Gyro | Kind::Mag)) {
-        out.push(other(view, name, found));
-    }
-    out
+    let correction = Some(correction).filter(|c| !c.is_empty());
+    Finding { weight: Weight::Contradiction, columns: clash.columns, text: clash.text, correction }
 }
 
 /// Raw value to SI under a source.
@@ -46,7 +76,7 @@ fn to_si(name: &str, source: &SignalSource) -> Option<f64> {
 fn correct(found: &Examination, names: &[&str], remove: &[&str]) -> Option<Amendment> {
     let mut out = Amendment::default();
     for name in names {
-        if let Some(source) = found.mapping.signals.get(*name) {
+        if let Some(source) = found.mapping.signals.get(name) {
             out.signals.insert((*name).to_owned(), source.clone());
         }
     }
@@ -59,19 +89,13 @@ fn factor(view: &ColumnView, name: &str, source: &SignalSource, found: &Examinat
     let (now, own) = (to_si(name, source)?, to_si(name, found.mapping.signals.get(name)?)?);
     let ratio = own / now;
     let column = &view.column;
-    let numbers = match &view.evidence {
-        Some(e) => {
-            let (correlation, scale) = (e.correlation * now.signum(), (e.scale * now).abs());
-            format!("{}, correlation {correlation:.2}, scale {scale:.2}", e.against)
-        }
-        None => format!("what it should go with: {}", view.why),
-    };
+    let what = format!("what it should go with: {}", view.why);
     let text = if ratio < 0.0 {
-        format!("`{column}` as {name} has the opposite sign of {numbers}.")
+        format!("`{column}` as {name} has the opposite sign of {what}.")
     } else if ratio.ln().abs() > SAME {
         let unit = view.unit.as_deref().unwrap_or("1");
         format!(
-            "`{column}` as {name} has another unit or scale than {numbers}: its values are {unit}, {ratio:.4} times what the mapping makes of them."
+            "`{column}` as {name} has another unit or scale than {what}: its values are {unit}, {ratio:.4} times what the mapping makes of them."
         )
     } else {
         return None;

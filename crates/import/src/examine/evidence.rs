@@ -1,30 +1,16 @@
-//! How a single column goes with the motion, in numbers: what contradictions are told with.
+//! Single columns held against the motion over ground, and what is told of named axes that have no triad.
 
-use serde::Serialize;
-
-use super::gnss::Motion;
-use super::linear::Normal;
+use super::gnss::{Interval, Motion};
+use super::hold::Held;
 use super::scene::Field;
-use super::survey::{Kind, kind};
-use super::survey::{Role, Survey};
-use crate::evidence::nearest;
+use super::survey::{Kind, Role, Survey, kind};
+use crate::fit::nearest;
 use crate::propose::Confidence;
-
-/// How a column goes with what its signal should go with.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Evidence {
-    /// What it was held against, such as `d(speed)/dt`.
-    pub against: String,
-    /// Correlation of the raw values, sign included.
-    pub correlation: f64,
-    /// What 1 SI unit of that reads, raw, sign included.
-    pub scale: f64,
-    /// Number of intervals.
-    pub count: usize,
-}
 
 /// Weaker, a column is not said to go with anything.
 const CLEAR: f64 = 0.8;
+/// Fewer intervals are too few.
+const ENOUGH: usize = 15;
 /// Least spread of turn rate, rad/s, and of accelerations, m/s^2, that shows something.
 const SHOWN: [f64; 3] = [0.02, 0.25, 0.4];
 
@@ -45,30 +31,22 @@ pub(crate) fn against(
     signal: &str,
     (motion, late): (&Motion, f64),
     speed: Option<&(usize, Field)>,
-) -> Option<Evidence> {
+) -> Option<Held> {
     let (name, what) = part(signal)?;
     // A speed that is measured tells its change better than places do.
     let speed = speed.filter(|_| what == 1);
     let field = &s.scene.fields[column];
-    let (mut fit, mut spread) = (Normal::default(), Normal::default());
-    for i in motion.intervals(late) {
-        let rate = i.turn / (i.to - i.from);
-        let change = speed.map_or(i.accel, |(_, v)| (v.at(i.to) - v.at(i.from)) / (i.to - i.from));
-        let x = [rate, change, i.speed * rate][what];
-        let y = field.mean(i.from, i.to);
-        fit.add(&[x, 1.0], y);
-        if y.is_finite() {
-            spread.add(&[1.0], x);
-        }
-    }
-    let (f, x) = (fit.solve(2), spread.solve(1));
-    let shown = f.count >= 15.0 && x.residual > SHOWN[what];
-    let correlation = f.explained.sqrt().copysign(f.x[0]);
     let against = match speed {
         Some((column, _)) => format!("{name} of {}", s.label(*column)),
         None => format!("{name} of {}", motion.label),
     };
-    shown.then(|| Evidence { against, correlation, scale: f.x[0], count: f.count as usize })
+    let pair = |i: Interval| {
+        let rate = i.turn / (i.to - i.from);
+        let change = speed.map_or(i.accel, |(_, v)| (v.at(i.to) - v.at(i.from)) / (i.to - i.from));
+        ([rate, change, i.speed * rate][what], field.mean(i.from, i.to))
+    };
+    let pairs: Vec<(f64, f64)> = motion.intervals(late).into_iter().map(pair).collect();
+    Some(Held::new(against, &pairs)).filter(|h| h.shows(ENOUGH, SHOWN[what]))
 }
 
 /// Units of acceleration and of turn rates: what 1 SI unit reads.
@@ -95,26 +73,17 @@ pub(crate) fn lone_axes(s: &mut Survey, motion: (&Motion, f64), speed: Option<&(
             continue;
         };
         let units: Vec<(&str, f64)> = UNITS.iter().filter(|u| u.0 == kind(&name)).map(|u| (u.1, u.2)).collect();
-        let (unit, _) = nearest(e.scale.abs(), &units);
+        let (unit, _) = nearest(e.slope.abs(), &units);
         let one = units.iter().find(|u| u.0 == unit).map_or(1.0, |u| u.1);
         let why = format!(
             "is {:.2} times {} in {unit}, correlation {:.2} over {} intervals",
-            e.scale / one,
+            e.slope / one,
             e.against,
             e.correlation,
             e.count
         );
-        let scale = e.scale.signum();
+        let scale = e.slope.signum();
         let role = Role { signal: name, unit: unit.into(), scale, offset: 0.0, confidence: Confidence::Likely, why };
         s.assign(column, role);
-    }
-}
-
-/// Evidence of every column that has a role, or that a name calls one.
-pub(crate) fn gather(s: &mut Survey, motion: (&Motion, f64), speed: Option<&(usize, Field)>) {
-    for column in 0..s.roles.len() {
-        let role = s.roles[column].as_ref().map(|r| r.signal.clone());
-        let found = role.and_then(|signal| against(s, column, &signal, motion, speed));
-        s.evidence[column] = found.filter(|e| e.correlation.abs() > 0.5);
     }
 }

@@ -162,7 +162,7 @@ pub(crate) fn follow(field: &Field, motion: &Motion, reach: f64, part: &dyn Fn(u
 
 /// The unit in which 1 m/s reads `factor`, and the ratio that is left.
 pub(crate) fn speed_unit(factor: f64) -> (&'static str, f64) {
-    let (unit, _) = crate::evidence::nearest(factor.abs(), &SPEEDS);
+    let (unit, _) = crate::fit::nearest(factor.abs(), &SPEEDS);
     let one = SPEEDS.iter().find(|u| u.0 == unit).map_or(1.0, |u| u.1);
     (unit, factor.abs() / one)
 }

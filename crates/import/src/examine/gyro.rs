@@ -7,7 +7,7 @@ use super::inertial::{Triad, along, candidates, integral, sideways, swung};
 use super::linear::{Normal, Solved, lean_rows};
 use super::scene::{STEP, slope};
 use super::survey::{Kind, Role, Survey, Weight};
-use crate::evidence::nearest;
+use crate::fit::nearest;
 use crate::propose::Confidence;
 
 /// Units of turn rates: what 1 rad/s reads.

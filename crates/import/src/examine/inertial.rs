@@ -7,7 +7,7 @@ use super::gnss::{Interval, Motion};
 use super::linear::{Normal, Seating, Solved, cross, dot, lean_rows, norm, plus, seat, unit};
 use super::scene::{Field, STEP, slope};
 use super::survey::{Kind, Role, Survey, Weight};
-use crate::evidence::nearest;
+use crate::fit::nearest;
 use crate::propose::Confidence;
 
 /// Units of specific force: what 1 m/s^2 reads.
@@ -288,7 +288,7 @@ pub(crate) fn seat_accel(s: &mut Survey, triad: &Triad, motion: &Motion, second:
         // Only a column that goes with the motion shows its scale.
         let shows = evidence::against(s, column, ACCEL[k], (motion, 0.0), None);
         let usual = |gain: f64| (0.8..1.35).contains(&gain);
-        let shows = shows.is_some_and(|e| e.correlation.abs() > 0.9 && !usual(e.scale.abs() / triad.one));
+        let shows = shows.is_some_and(|e| e.correlation.abs() > 0.9 && !usual(e.slope.abs() / triad.one));
         if triad.sigma[k] > 0.1 || !shows || usual(triad.gain[k]) {
             continue;
         }

@@ -9,7 +9,7 @@ use super::inertial::integral;
 use super::linear::{Normal, Solved, cross, dot, norm, seat, unit};
 use super::scene::{STEP, slope};
 use super::survey::{Kind, Role, Survey, Weight};
-use crate::evidence::nearest;
+use crate::fit::nearest;
 use crate::propose::Confidence;
 
 /// Units of a field: what 1 uT reads.

@@ -14,11 +14,13 @@ mod evidence;
 mod gnss;
 mod grain;
 mod gyro;
+mod hold;
 mod inertial;
 mod linear;
 mod magnetic;
 mod others;
 mod place_pairs;
+mod reading;
 mod reversing;
 mod run;
 mod scene;
@@ -26,6 +28,7 @@ mod sketch;
 mod speeds;
 mod strangers;
 mod survey;
+mod thinned;
 mod trial;
 
 use serde::Serialize;
@@ -33,19 +36,18 @@ use serde::Serialize;
 pub use self::choices::{Choice, choices};
 pub use self::clash::{Clash, Correction};
 pub(crate) use self::compare::contradictions;
-pub use self::evidence::Evidence;
 pub(crate) use self::grain::odd_columns;
 pub(crate) use self::linear::lean_rows;
 pub(crate) use self::sketch::sketch;
 pub(crate) use self::survey::heaviest_first;
 pub use self::survey::{Finding, Weight};
-use self::survey::{Kind, Role, Survey, canonical_unit, kind};
-pub use self::trial::{TRIAL_SERIES, Thinned, Trial, try_out};
+use self::survey::{Kind, Role, Survey, canonical_unit, channel, kind};
+pub use self::thinned::Thinned;
+pub use self::trial::{TRIAL_SERIES, Trial, try_out};
 use crate::clock::times;
 use crate::correction::Amendment;
 use crate::error::ImportError;
 use crate::mapping::{Mapping, Mount, SignalSource};
-use crate::names::CHANNELS;
 use crate::propose::{Candidate, Confidence, Proposal, choose, propose};
 use crate::table::Table;
 
@@ -98,8 +100,6 @@ pub struct ColumnView {
     pub name_says: Option<String>,
     /// Rests on its name alone: this drive does not show it.
     pub by_name: bool,
-    /// How it goes with the motion.
-    pub evidence: Option<Evidence>,
 }
 
 /// How a housing leans on its mount.
@@ -207,7 +207,7 @@ fn agreement(s: &Survey, names: &[Option<Candidate>]) -> (usize, usize) {
 
 /// Columns that physics says nothing of keep what their names say.
 fn fill(s: &mut Survey, p: &Proposal) {
-    for (signal, source) in &p.mapping.signals {
+    for (signal, source) in p.mapping.signals.iter() {
         let Some(column) = s.table.columns.iter().position(|c| c.name == source.column) else { continue };
         let entry = p.entries.iter().find(|e| e.signal == *signal);
         let (signal, turn) = moved(s, signal);
@@ -307,7 +307,6 @@ impl Finished<'_> {
             why: role.as_ref().map_or_else(|| self.why_not(i), |r| r.why.clone()),
             name_says,
             by_name: role.as_ref().is_some_and(|r| r.why.ends_with(BY_NAME)),
-            evidence: self.s.evidence[i].clone(),
         };
         if is_clock {
             let step = crate::clock::median_step(&raw.values);
@@ -364,11 +363,6 @@ fn say(s: &mut Survey, mounts: &[MountFound], delays: &[DelayFound]) {
         correction.delays.insert(d.channel.clone(), d.late);
         s.propose(Weight::Guess, &[], text, correction);
     }
-}
-
-/// The channel of a signal.
-fn channel(signal: &str) -> Option<&'static str> {
-    CHANNELS.iter().find(|(_, columns)| columns.iter().any(|c| c.name == signal)).map(|(name, _)| *name)
 }
 
 fn mounts(s: &Survey, mapping: &mut Mapping) -> Vec<MountFound> {

@@ -6,7 +6,7 @@ use super::inertial::integral;
 use super::linear::{Normal, Solved};
 use super::scene::{Field, slope};
 use super::survey::{Kind, Role, Survey, Weight};
-use crate::evidence::nearest;
+use crate::fit::nearest;
 use crate::order::sort_by;
 use crate::propose::Confidence;
 

@@ -42,7 +42,6 @@ fn look(s: &mut Survey) {
         evidence::lone_axes(s, (motion, *late), speed.as_ref());
         strangers::look(s, motion, *late);
         heading_span(s, motion);
-        evidence::gather(s, (motion, *late), speed.as_ref());
     }
     reversing::look(s);
     at_rest::look(s, found.as_ref().map(|f| &f.0));

@@ -3,20 +3,13 @@
 use super::delay::lag;
 use super::evidence;
 use super::gnss::Motion;
+use super::hold::Held;
 use super::inertial::integral;
-use super::linear::Normal;
 use super::scene::slope;
 use super::survey::{Survey, Weight};
 
 /// Most columns that are asked.
 const MOST: usize = 96;
-
-/// What a column without a role follows.
-struct Followed {
-    what: String,
-    times: f64,
-    correlation: f64,
-}
 
 /// Say of columns without a role which turn rate or acceleration they follow, and how often it they read.
 pub(crate) fn look(s: &mut Survey, motion: &Motion, late: f64) {
@@ -34,12 +27,12 @@ pub(crate) fn look(s: &mut Survey, motion: &Motion, late: f64) {
             .flatten()
             .reduce(|a, b| if b.correlation.abs() > a.correlation.abs() { b } else { a });
         let Some(f) = best else { continue };
-        let sign = if f.times < 0.0 { ", the other way round" } else { "" };
+        let sign = if f.slope < 0.0 { ", the other way round" } else { "" };
         let text = format!(
             "{} follows {}{sign}: {:.3} times it in SI units, correlation {:.2}.",
             s.label(column),
-            f.what,
-            f.times,
+            f.against,
+            f.slope,
             f.correlation
         );
         s.find(Weight::Note, &[column], text);
@@ -47,12 +40,11 @@ pub(crate) fn look(s: &mut Survey, motion: &Motion, late: f64) {
 }
 
 /// Turn rate, forward or sideways acceleration of the motion over ground.
-fn by_motion(s: &Survey, column: usize, motion: &Motion, late: f64) -> Option<Followed> {
+fn by_motion(s: &Survey, column: usize, motion: &Motion, late: f64) -> Option<Held> {
     let each = ["gyro_z", "accel_x", "accel_y"].into_iter();
     let all = each.filter_map(|signal| evidence::against(s, column, signal, (motion, late), None));
-    let best = all.reduce(|a, b| if b.correlation.abs() > a.correlation.abs() { b } else { a })?;
-    let clear = best.correlation.abs() > 0.77;
-    clear.then_some(Followed { what: best.against, times: best.scale, correlation: best.correlation })
+    let best = all.reduce(|a, b| if b.correlation.abs() > a.correlation.abs() { b } else { a });
+    best.filter(|b| b.correlation.abs() > 0.77)
 }
 
 /// Mean over 0.9 s.
@@ -75,20 +67,19 @@ fn known(s: &Survey) -> Vec<(String, Vec<f64>)> {
 }
 
 /// The best of the known sensors that a column follows at any delay up to half a second.
-fn by_sensor(s: &Survey, column: usize, known: &[(String, Vec<f64>)]) -> Option<Followed> {
+fn by_sensor(s: &Survey, column: usize, known: &[(String, Vec<f64>)]) -> Option<Held> {
     let own = smooth(&s.scene.fields[column].grid);
-    let mut best: Option<Followed> = None;
+    let mut best: Option<Held> = None;
     for (what, sensor) in known {
         let Some(l) = lag(&own, sensor, 0.9).filter(|l| l.correlation.abs() > 0.7) else { continue };
         if best.as_ref().is_some_and(|b| b.correlation.abs() >= l.correlation.abs()) {
             continue;
         }
-        let (mut n, shift) = (Normal::default(), (l.late / super::scene::STEP).round() as i64);
-        for (i, x) in sensor.iter().enumerate() {
-            let other = usize::try_from(i as i64 + shift).ok().and_then(|k| own.get(k));
-            other.into_iter().for_each(|y| n.add(&[*x, 1.0], *y));
-        }
-        best = Some(Followed { what: what.clone(), times: n.solve(2).x[0], correlation: l.correlation });
+        let shift = (l.late / super::scene::STEP).round() as i64;
+        let later = |i: usize| usize::try_from(i as i64 + shift).ok().and_then(|k| own.get(k)).copied();
+        let pairs: Vec<(f64, f64)> =
+            sensor.iter().enumerate().map(|(i, x)| (*x, later(i).unwrap_or(f64::NAN))).collect();
+        best = Some(Held { correlation: l.correlation, ..Held::new(what.clone(), &pairs) });
     }
     best
 }

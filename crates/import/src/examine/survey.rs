@@ -3,11 +3,10 @@
 use drivescope_drive::csv::file_unit;
 use serde::Serialize;
 
-use super::evidence::Evidence;
 use super::scene::Scene;
+use crate::channels::{CHANNELS, signal};
 use crate::correction::Amendment;
 use crate::mapping::SignalSource;
-use crate::names::signal;
 use crate::propose::{Candidate, Confidence};
 use crate::table::Table;
 use crate::units;
@@ -98,8 +97,6 @@ pub(crate) struct Survey<'t> {
     pub names: Vec<Option<Candidate>>,
     pub roles: Vec<Option<Role>>,
     pub findings: Vec<Finding>,
-    /// How columns go with the motion.
-    pub evidence: Vec<Option<Evidence>>,
     /// How late each channel is against the inertial sensor: channel, s, 1-sigma, what it rests on.
     pub delays: Vec<(&'static str, f64, f64, String)>,
     /// How a housing leans on its mount: channel, roll, pitch and yaw, rad, 1-sigma of the directions, what it rests on.
@@ -116,7 +113,6 @@ impl<'t> Survey<'t> {
             names,
             roles: vec![None; count],
             findings: Vec::new(),
-            evidence: vec![None; count],
             delays: Vec::new(),
             mounts: Vec::new(),
         }
@@ -216,4 +212,9 @@ impl<'t> Survey<'t> {
 /// The canonical unit of a signal in files.
 pub(crate) fn canonical_unit(name: &str) -> &'static str {
     signal(name).map_or("1", |s| file_unit(name, s.unit))
+}
+
+/// The channel of a signal.
+pub(crate) fn channel(signal: &str) -> Option<&'static str> {
+    CHANNELS.iter().find(|(_, columns)| columns.iter().any(|c| c.name == signal)).map(|(name, _)| *name)
 }

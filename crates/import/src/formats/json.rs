@@ -1,6 +1,5 @@
 //! JSON traces of OpenXC: one object `{"name": .., "value": .., "timestamp": ..}` a row.
 
-use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use serde_json::Value;
@@ -10,6 +9,7 @@ use super::lines::Lines;
 use super::{Context, Reader};
 use crate::error::{ImportError, excerpt, form};
 use crate::opening::Gathered;
+use crate::register::Named;
 
 /// Signals of the OpenXC message set whose unit its definition states.
 const UNITS: &[(&str, &str)] = &[
@@ -39,14 +39,14 @@ pub(crate) struct Trace {
 
 struct Signals {
     file: Rc<str>,
-    columns: BTreeMap<String, Grower>,
+    columns: Named<Grower>,
     rows: usize,
     texts: usize,
 }
 
 impl Trace {
     pub fn new(context: Context) -> Self {
-        let signals = Signals { file: context.file.clone(), columns: BTreeMap::new(), rows: 0, texts: 0 };
+        let signals = Signals { file: context.file.clone(), columns: Named::default(), rows: 0, texts: 0 };
         Self { file: context.file, lines: Lines::default(), signals }
     }
 }
@@ -80,7 +80,7 @@ impl Signals {
             Grower::with(file, name, &[(name, unit, None)])
         };
         self.rows += 1;
-        self.columns.entry(name.to_owned()).or_insert_with(new).row((time * 1e9) as i64, &[value])
+        self.columns.entry(name.to_owned(), new).row((time * 1e9) as i64, &[value])
     }
 }
 
@@ -93,7 +93,7 @@ impl Reader for Trace {
     fn finish(mut self: Box<Self>, log: &mut Gathered) -> Result<(), ImportError> {
         let signals = &mut self.signals;
         self.lines.finish(&mut |row, line| signals.line(row, line))?;
-        log.tables.extend(self.signals.columns.into_values().filter_map(|g| g.finish("OpenXC trace", Zero::Unix)));
+        log.tables.extend(self.signals.columns.into_sorted().filter_map(|(_, g)| g.finish("OpenXC trace", Zero::Unix)));
         Ok(())
     }
 

@@ -63,7 +63,7 @@ fn name_axes(table: &mut Table, total: bool) {
 }
 
 fn signal(name: &str) -> &'static str {
-    crate::names::signal(name).map_or("", |c| c.name)
+    crate::channels::signal(name).map_or("", |c| c.name)
 }
 
 /// Instant at which phyphox's experiment began, if this is its table of times.
