@@ -123,7 +123,8 @@ test('an address that is changed opens its drive, keeps saying so while it opens
   });
   await page.getByText('“nowhere”').waitFor();
   const other = await open(stage.browser, `${stage.url}#drive=nowhere`);
-  await other.page.getByText('“nowhere”').waitFor();
+  await estimated(other.page);
+  assert.ok(await other.page.getByText('“nowhere”').isVisible(), 'what is wrong with an address is told until it is read');
   assert.deepEqual([...errors, ...other.errors], []);
   await other.context.close();
   await context.close();

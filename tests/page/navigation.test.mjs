@@ -42,6 +42,9 @@ test('errors of filter and smoother stand beside each other, and the states are 
     const value = legend.locator('.legend-entry', { hasText: name }).locator('.value');
     await page.waitForFunction((e) => /[0-9] ±[0-9]/.test(e.textContent), await value.elementHandle());
   }
+  // A slowly changing state is told to two digits of its error: not 0.00 ±0.01.
+  const slow = view(page, 'measurements').locator('.lane', { has: page.getByLabel('Slowly changing state') }).filter({ visible: true }).locator('.legend-entry', { hasText: 'estimate' }).locator('.value');
+  await page.waitForFunction((e) => /±0\.0*[1-9][0-9]/.test(e.textContent), await slow.elementHandle());
   await view(page, 'errors').locator('input[value="states"]').check();
   await view(page, 'states').locator('.legend-entry', { hasText: 'truth' }).first().waitFor();
   assert.equal(await view(page, 'errors').isVisible(), false);
@@ -225,7 +228,7 @@ test('a fault is put in, seen in every room, makes results worse, and can be tak
   await page.waitForFunction((was) => Number(/→ ([0-9.]+)/.exec(document.querySelector('.headline')?.textContent ?? '')?.[1] ?? was) !== was, before, { timeout: 60_000 });
   assert.ok((await rmse()) > before);
   await page.waitForFunction(() => Number(document.querySelector('.trajectory').dataset.rejected) > 3);
-  await page.locator('.trajectory .legend-entry', { hasText: 'refused fixes' }).waitFor();
+  await page.locator('.trajectory .legend-entry', { hasText: 'refused fixes' }).locator('.swatch.cross').waitFor();
 
   await page.getByRole('tab', { name: 'Overview' }).click();
   await page.locator('.fault-sign').getByRole('button', { name: 'Take all out' }).click();

@@ -43,7 +43,7 @@ export class Session {
   }
 
   /** Open a drive and estimate it; what is open stays until that has succeeded. True if it has. */
-  async open(request: OpenRequest, label: string): Promise<boolean> {
+  async open(request: OpenRequest, label: string, isRest = false): Promise<boolean> {
     const store = this.#store;
     const rest = this.#rest ?? (this.#opening ? this.#restBefore : null);
     this.#opening?.cancel();
@@ -56,7 +56,8 @@ export class Session {
     const builtIn = request.kind === 'simulation' && request.composed === null ? { name: request.name, seed: request.seed } : null;
     store.coming.value = builtIn;
     store.work.value = { label, progress: null, cancel: pending.cancel };
-    store.error.value = null;
+    // What was said of a drive holds while its rest is opened.
+    if (!isRest) store.error.value = null;
     store.offer.value = null;
     try {
       const report = await pending.answer;
@@ -67,7 +68,7 @@ export class Session {
       if (report.is_partial && request.kind === 'simulation') {
         const whole = { ...request, first: null };
         this.#rest = async () => {
-          if (await this.open(whole, label)) await this.runAll();
+          if (await this.open(whole, label, true)) await this.runAll();
         };
       }
       return true;

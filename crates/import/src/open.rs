@@ -207,7 +207,7 @@ fn by_physics(found: &Examination) -> Proposal {
 /// Examine everything that was read from one or several files, as [`open_log`] puts it together.
 ///
 /// # Errors
-/// Those of [`examine`], and [`ImportError::OutOfMemory`] where the tables do not fit into one.
+/// Those of [`crate::examine`](fn@crate::examine), and [`ImportError::OutOfMemory`] where the tables do not fit into one.
 pub fn examine_log(log: Log) -> Result<Examination, ImportError> {
     examine_drawn(log, 0).map(|examined| examined.found)
 }

@@ -99,7 +99,7 @@ pub fn judge(source: &Source, scramble: &Scramble, found: &Examination) -> Verdi
             "gnss" => 0.06,
             _ => 0.05,
         };
-        let own = found.mapping.delays.get(*channel).copied().unwrap_or(0.0);
+        let own = found.mapping.delays.get(channel).copied().unwrap_or(0.0);
         if there && (own - late).abs() > limit {
             v.wrong.push(format!("{channel}: late by {late:.3} s, found {own:.3}"));
         }
