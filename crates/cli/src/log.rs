@@ -14,7 +14,7 @@ use serde_json::Value;
 use crate::part::{PartArgs, sentence};
 
 /// Which log, and how to read it.
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone)]
 pub struct LogArgs {
     /// The log; several files or a folder are one drive, with the DBC of a bus log among them; `-` reads standard input.
     #[arg(required_unless_present = "gnss_raw")]
@@ -57,6 +57,16 @@ impl LogArgs {
     /// A log that another argument names.
     pub fn of(log: PathBuf, mapping: Option<PathBuf>) -> Self {
         Self { log: vec![log], mapping, format: None, gnss_raw: None, origin: None, part: PartArgs::default() }
+    }
+
+    /// The same log under another mapping.
+    pub fn with_mapping(&self, path: &Path) -> Self {
+        Self { mapping: Some(path.to_owned()), ..self.clone() }
+    }
+
+    /// Whether the log can be read only once.
+    pub fn is_standard_input(&self) -> bool {
+        self.log.iter().any(|path| path.as_os_str() == "-")
     }
 
     /// Read the log slice by slice.

@@ -192,8 +192,7 @@ fn info(log: &log::LogArgs, json: bool, save: Option<(&std::path::Path, bool)>) 
     }
     output::print(&if json { report::info_json(&opened) } else { report::info_text(&opened) })?;
     let Some((path, guesses)) = save else { return Ok(()) };
-    let corrections::Corrected { mapping, said } = corrections::correct(&opened.report, guesses);
-    output::write(path, |file| writeln!(file, "{}", mapping.to_json()))?;
+    let said = corrections::save(log, &opened.report, path, guesses)?;
     if json {
         eprint!("{said}");
         return Ok(());

@@ -166,6 +166,37 @@ fn a_mapping_is_written_with_the_corrections_of_contradictions_and_reads_the_log
     assert_ne!(run(&log, &[]), run(&straight, &[]));
 }
 
+/// Catches contradictions that a correction has put right and that are still said to be left: axes are left-handed as long as
+/// one of them is turned.
+#[test]
+fn what_a_correction_puts_right_is_not_left() {
+    let folder = Folder::new("handed");
+    let simulated = folder.path("log.csv");
+    said(&drivescope(&["simulate", "city_hills", "--seed", "2", "--out", &simulated]));
+    let text = fs::read_to_string(&simulated).unwrap();
+    let names: Vec<&str> = text.lines().find(|l| !l.starts_with('#')).unwrap().split(',').collect();
+    let [accel, gyro] = ["accel_x", "gyro_z"].map(|name| names.iter().position(|n| *n == name).unwrap());
+    let turn = |line: &str| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        for (place, factor) in [(accel, -1.0), (gyro, -180.0 / std::f64::consts::PI)] {
+            if let Some(value) = cells.get(place).and_then(|c| c.parse::<f64>().ok()) {
+                cells[place] = (value * factor).to_string();
+            }
+        }
+        cells.join(",")
+    };
+    let turned: Vec<String> = text.lines().map(|l| if l.starts_with('#') { l.to_owned() } else { turn(l) }).collect();
+    let (log, saved) = (folder.file("turned.csv", turned.join("\n") + "\n"), folder.path("m.json"));
+    let first = said(&drivescope(&["info", &log, "--save-mapping", &saved]));
+    assert!(first.contains("warning: the accelerometer's axes are left-handed"), "{first}");
+    assert!(!first.contains("left: the accelerometer's axes are left-handed"), "{first}");
+    let signals = serde_json::from_str::<Value>(&fs::read_to_string(&saved).unwrap()).unwrap()["signals"].clone();
+    assert_eq!((&signals["accel_x"]["scale"], &signals["gyro_z"]["scale"]), (&(-1.0).into(), &(-1.0).into()));
+    assert_eq!(signals["gyro_z"]["unit"], "deg/s");
+    let again = said(&drivescope(&["info", &log, "--mapping", &saved]));
+    assert!(!again.contains("warning: "), "{again}");
+}
+
 /// Catches a guess that is taken without being asked for.
 #[test]
 fn what_is_only_likely_is_left_unless_it_is_asked_for() {
