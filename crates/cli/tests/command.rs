@@ -1,38 +1,11 @@
 //! The command as a person uses it: what it writes, and one sentence with exit status 2 for every bad input.
 #![allow(clippy::unwrap_used)]
 
+mod support;
+
 use std::fs;
-use std::path::PathBuf;
-use std::process::{Command, Output};
 
-/// A folder of its own for every test, gone at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("drivescope-{}-{name}", std::process::id()));
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-    fn file(&self, name: &str, content: impl AsRef<[u8]>) -> String {
-        let path = self.0.join(name);
-        fs::write(&path, content).unwrap();
-        path.to_string_lossy().into_owned()
-    }
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).to_string_lossy().into_owned()
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-fn drivescope(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_drivescope")).args(args).output().unwrap()
-}
+use support::{Folder, drivescope};
 
 fn log() -> String {
     let rows = (0..600).map(|k| format!("{},0.1,0,-9.8,0,0,0.01,10\n", f64::from(k) * 0.01));

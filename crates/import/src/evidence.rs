@@ -2,8 +2,8 @@
 
 use drivescope_drive::csv::file_unit;
 
+use crate::candidate::{Candidate, Confidence, Unused};
 use crate::channels::signal;
-use crate::propose::{Candidate, Confidence, Unused};
 use crate::table::Table;
 use crate::units;
 

@@ -24,6 +24,7 @@
 mod aliases;
 mod apply;
 mod by_name;
+mod candidate;
 mod cell;
 mod channels;
 mod check;
@@ -66,6 +67,7 @@ mod units;
 
 pub use apply::apply;
 pub use by_name::ByName;
+pub use candidate::{Confidence, Unused};
 pub use channels::signal;
 pub use correction::Amendment;
 pub use csv::{CsvReader, read_csv};
@@ -83,7 +85,7 @@ pub use open::{
     Examined, examine_drawn, examine_log, open_csv, open_drawn, open_log, open_log_whole, open_raw, open_table,
 };
 pub use opening::{Log, Opening, Progress};
-pub use propose::{Confidence, Entry, Proposal, Unused, propose};
+pub use propose::{Entry, Proposal, propose};
 pub use raw_gnss::{is_raw_gnss, raw_gnss};
 pub use report::{Missing, OpenReport, UsedSignal};
 pub use source::{ByteSource, IoSource, MemorySource, ReadError, SeekSource, Source};

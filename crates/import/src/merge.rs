@@ -1,12 +1,12 @@
 //! Tables of one drive made one: consecutive parts are joined, different sensors are merged on time.
 
+use crate::candidate::Unused;
 use crate::clock;
 use crate::error::ImportError;
 use crate::names::{self, time_name};
 use crate::opening::Log;
 use crate::order::sort_by;
 use crate::pairing::{gather_fixes, pair_inertial};
-use crate::propose::Unused;
 use crate::register::Named;
 use crate::table::{RawColumn, Table, TimeEpoch, Warning};
 

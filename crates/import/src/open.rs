@@ -3,6 +3,7 @@
 use drivescope_drive::drive::Drive;
 
 use crate::apply::apply;
+use crate::candidate::Unused;
 use crate::csv::read_csv;
 use crate::error::ImportError;
 use crate::examine::{Examination, Finding, Thinned, Weight, examine_thinned, heaviest_first, odd_columns, sketch};
@@ -10,7 +11,7 @@ use crate::load::MapReport;
 use crate::mapping::{Mapping, TimeSource};
 use crate::merge::{Merged, merge};
 use crate::opening::Log;
-use crate::propose::{Entry, Proposal, Unused, propose};
+use crate::propose::{Entry, Proposal, propose};
 use crate::raw_gnss::{add_raw, take_raw};
 use crate::report::{OpenReport, fill, frame};
 use crate::settle::settle;

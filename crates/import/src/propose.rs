@@ -4,6 +4,7 @@ use drivescope_drive::csv::file_unit;
 use serde::Serialize;
 
 use crate::by_name::ByName;
+use crate::candidate::{Candidate, Confidence, Unused};
 use crate::channels::signal;
 use crate::clock;
 use crate::error::ImportError;
@@ -13,18 +14,6 @@ use crate::names::{self, time_name};
 use crate::order::sort_by;
 use crate::table::{RawColumn, Table};
 use crate::units;
-
-/// How sure an entry is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Confidence {
-    /// A guess that people should look at.
-    Guess,
-    /// An alias, a unit by convention, or a unit that physics confirms.
-    Likely,
-    /// A canonical name or a stated unit.
-    Certain,
-}
 
 /// One entry of a proposed mapping.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -39,15 +28,6 @@ pub struct Entry {
     pub confidence: Confidence,
 }
 
-/// A column that the mapping leaves out.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Unused {
-    /// Raw column.
-    pub column: String,
-    /// Why it is left out.
-    pub reason: String,
-}
-
 /// A mapping with its reasons.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Proposal {
@@ -59,20 +39,6 @@ pub struct Proposal {
     pub unused: Vec<Unused>,
     /// Every guess and every doubt, in words and with its numbers.
     pub notes: Vec<String>,
-}
-
-/// An entry in the making.
-#[derive(Clone, Debug)]
-pub(crate) struct Candidate {
-    pub signal: String,
-    pub column: usize,
-    pub unit: String,
-    /// Whether the file states the unit.
-    pub stated: bool,
-    pub scale: f64,
-    pub rank: u8,
-    pub why: Vec<String>,
-    pub confidence: Confidence,
 }
 
 /// Propose a mapping of a table from its columns' names and units, checked against physics.

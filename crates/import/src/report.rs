@@ -3,12 +3,13 @@
 use drivescope_drive::drive::{Drive, Signal};
 use serde::Serialize;
 
+use crate::candidate::{Confidence, Unused};
 use crate::channels::signal;
 use crate::clock::epoch_text;
 use crate::examine::Finding;
 use crate::load::{ChannelReport, MapReport};
 use crate::mapping::Mapping;
-use crate::propose::{Confidence, Proposal, Unused};
+use crate::propose::Proposal;
 use crate::table::{Layout, Table, Warning};
 
 /// Everything that was found while a file was opened.

@@ -1,7 +1,8 @@
 //! Names and physics made one: a proposal by names, checked and completed by an examination.
 
+use crate::candidate::Confidence;
 use crate::examine::{Examination, Finding, Thinned, Weight, contradictions};
-use crate::propose::{Confidence, Entry, Proposal};
+use crate::propose::{Entry, Proposal};
 
 /// Check a proposal by what was found, complete it where no person gave it, and hand over all that is to be said.
 ///

@@ -1,16 +1,14 @@
 //! The error-state filter: nominal state, covariance, and how they move.
 
-use nalgebra::{Matrix3, SVector, Vector3};
+use nalgebra::{SVector, Vector3};
 
 use super::covariance::{self, CLOCK_BIAS, CLOCK_DRIFT, Covariance, Errors};
 use super::measurement::Prediction;
 use super::state::State;
-use super::store::{Node, Store};
+use super::store::{Interval, Node, Store};
 use super::tuning::Tuning;
 use crate::estimator::EstimatorError;
-use crate::ins::{
-    ACCEL_BIAS, ATTITUDE, Earth, ErrorRates, GravityModel, Navigation, POSITION, STATES, VELOCITY, error_rates,
-};
+use crate::ins::{ACCEL_BIAS, ATTITUDE, Earth, GravityModel, Navigation, POSITION, STATES, VELOCITY};
 use crate::kalman::Outcome;
 
 /// Steps between two repairs of the rotation.
@@ -30,29 +28,6 @@ pub struct Verdict {
     pub rows: usize,
     /// Whether it was applied.
     pub is_accepted: bool,
-}
-
-/// Sums over the inertial samples of a node, of which the covariance does not know yet.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Interval {
-    /// Samples.
-    pub samples: usize,
-    /// Their time, s.
-    pub time: f64,
-    /// The time for which noise acts, s.
-    pub noise_time: f64,
-    /// Specific force in NED times time, m/s.
-    pub force: Vector3<f64>,
-    /// Rotation from body to NED times time, s.
-    pub rotation: Matrix3<f64>,
-}
-
-impl Interval {
-    /// Mean rates of the errors, at the navigation state of the interval's end.
-    pub fn rates(&self, end: &Navigation, gravity: GravityModel, earth_terms: bool) -> ErrorRates {
-        let mean = Navigation { body_to_nav: self.rotation / self.time, ..*end };
-        error_rates(&mean, &(self.force / self.time), &Earth::at(&end.place, gravity), earth_terms)
-    }
 }
 
 /// Nominal state and covariance of its errors.
@@ -214,6 +189,15 @@ impl Filter {
     pub fn correct(&mut self, errors: &Errors) {
         let earth = self.earth();
         self.state.correct(errors, &earth);
+    }
+
+    /// Count refusals in a row of measurements of a kind, and doubt the filter at `limit` of them.
+    pub fn count_refusals(&mut self, refusals: &mut usize, verdict: Option<Verdict>, limit: f64) {
+        *refusals = if verdict.is_some_and(|v| !v.is_accepted) { *refusals + 1 } else { 0 };
+        if *refusals as f64 >= limit {
+            self.open_up();
+            *refusals = 0;
+        }
     }
 
     /// Doubt position and velocity after too many refusals in a row.

@@ -13,7 +13,6 @@ use super::covariance::{ALL_STATES, CLOCK_BIAS, CLOCK_DRIFT};
 use super::estimate::Verdicts;
 use super::filter::Filter;
 use super::measurement::Prediction;
-use super::running::count_refusals;
 use super::state::State;
 use super::tuning::{START_CLOCK_SIGMA, Tuning};
 use crate::gnss::sight::{Geometry, Sight, median, usable};
@@ -127,7 +126,7 @@ impl Ranging {
             let sigma = vector![p.range_sigma * p.gnss_scale];
             let verdict = filter.update_repeated(&prediction, &sigma, lag.repeats, tuning);
             verdicts.range.add(verdict);
-            count_refusals(filter, &mut self.refusals, verdict, p.max_reject);
+            filter.count_refusals(&mut self.refusals, verdict, p.max_reject);
             if !is_yaw_known {
                 filter.isolate_yaw();
             }

@@ -8,7 +8,7 @@ use nalgebra::{Vector3, vector};
 use super::alignment::{Start, UNKNOWN_YAW_SIGMA};
 use super::covariance::Covariance;
 use super::estimate::Verdicts;
-use super::filter::{Filter, Verdict};
+use super::filter::Filter;
 use super::fix::Fix;
 use super::inertial::Sample;
 use super::measurement;
@@ -218,7 +218,7 @@ impl Running {
             self.settle(tuning);
             let prediction = measurement::zero_velocity(&self.filter.state.navigation);
             verdicts.zupt = self.filter.update(&prediction, &Vector3::repeat(p.zupt_sigma), tuning);
-            count_refusals(&mut self.filter, &mut self.standing_refusals, verdicts.zupt, STANDING_REFUSALS);
+            self.filter.count_refusals(&mut self.standing_refusals, verdicts.zupt, STANDING_REFUSALS);
         }
         if p.zaru {
             self.settle(tuning);
@@ -259,7 +259,7 @@ impl Running {
                 self.filter.update(&prediction.horizontal(), &sigma.xy(), tuning)
             };
             let limit = self.watch.position_refusals(tuning.params.max_reject);
-            count_refusals(&mut self.filter, &mut self.position_refusals, verdicts.position, limit);
+            self.filter.count_refusals(&mut self.position_refusals, verdicts.position, limit);
         }
         if let Some(velocity) = fix.velocity {
             self.settle(tuning);
@@ -271,7 +271,7 @@ impl Running {
             } else {
                 self.filter.update(&prediction.horizontal(), &fix.velocity_sigma.xy(), tuning)
             };
-            count_refusals(&mut self.filter, &mut self.velocity_refusals, verdicts.velocity, tuning.params.max_reject);
+            self.filter.count_refusals(&mut self.velocity_refusals, verdicts.velocity, tuning.params.max_reject);
         }
     }
 
@@ -313,14 +313,5 @@ impl Running {
         if !self.is_yaw_known {
             self.filter.isolate_yaw();
         }
-    }
-}
-
-/// Doubt the filter when `limit` measurements of a kind were refused in a row.
-pub(super) fn count_refusals(filter: &mut Filter, refusals: &mut usize, verdict: Option<Verdict>, limit: f64) {
-    *refusals = if verdict.is_some_and(|v| !v.is_accepted) { *refusals + 1 } else { 0 };
-    if *refusals as f64 >= limit {
-        filter.open_up();
-        *refusals = 0;
     }
 }

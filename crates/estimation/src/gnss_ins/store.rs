@@ -4,9 +4,34 @@
 //! the mean rates of the interval. A node costs 0.6 kB and the triangle of its covariance (1 to 1.4 kB): 10 min with a node
 //! every 0.1 s are 12 MB.
 
+use nalgebra::{Matrix3, Vector3};
+
 use super::covariance::Covariance;
-use super::filter::Interval;
 use super::state::State;
+use crate::ins::{Earth, ErrorRates, GravityModel, Navigation, error_rates};
+
+/// Sums over the inertial samples of a node, of which the covariance does not know yet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Interval {
+    /// Samples.
+    pub samples: usize,
+    /// Their time, s.
+    pub time: f64,
+    /// The time for which noise acts, s.
+    pub noise_time: f64,
+    /// Specific force in NED times time, m/s.
+    pub force: Vector3<f64>,
+    /// Rotation from body to NED times time, s.
+    pub rotation: Matrix3<f64>,
+}
+
+impl Interval {
+    /// Mean rates of the errors, at the navigation state of the interval's end.
+    pub fn rates(&self, end: &Navigation, gravity: GravityModel, earth_terms: bool) -> ErrorRates {
+        let mean = Navigation { body_to_nav: self.rotation / self.time, ..*end };
+        error_rates(&mean, &(self.force / self.time), &Earth::at(&end.place, gravity), earth_terms)
+    }
+}
 
 /// How a node leads to the next one.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,8 +7,8 @@ use super::inertial::integral;
 use super::linear::{Normal, norm};
 use super::magnetic::Earth;
 use super::survey::{Kind, Role, Survey, Weight, kind};
+use crate::candidate::Confidence;
 use crate::correction::Amendment;
-use crate::propose::Confidence;
 use crate::units;
 
 /// Further from 1 g, an accelerometer is not calibrated, as a share: a lean of 10 deg takes 1.5 % away.

@@ -1,10 +1,10 @@
 //! The clock among the columns, and what is odd in it.
 
 use super::survey::{Finding, Weight};
+use crate::candidate::Confidence;
 use crate::clock::{self, median_step};
 use crate::error::ImportError;
 use crate::mapping::TimeSource;
-use crate::propose::Confidence;
 use crate::table::Table;
 
 /// A clock, how sure it is and why.

@@ -6,10 +6,10 @@ use super::reading::Reading;
 use super::survey::{Finding, Kind, Weight, canonical_unit, kind};
 use super::thinned::Thinned;
 use super::{ColumnView, Examination};
+use crate::candidate::Confidence;
 use crate::channels::signal;
 use crate::correction::Amendment;
 use crate::mapping::{Mapping, SignalSource};
-use crate::propose::Confidence;
 use crate::units;
 
 /// Factors of one signal that differ by less agree (log).

@@ -4,8 +4,8 @@ use super::gnss::{Interval, Motion};
 use super::hold::Held;
 use super::scene::Field;
 use super::survey::{Kind, Role, Survey, kind};
+use crate::candidate::Confidence;
 use crate::fit::nearest;
-use crate::propose::Confidence;
 
 /// Weaker, a column is not said to go with anything.
 const CLEAR: f64 = 0.8;

@@ -5,7 +5,7 @@ use drivescope_drive::frames::wrap_angle;
 use super::place_pairs::{Track, find_place};
 use super::scene::Field;
 use super::survey::{Kind, Role, Survey, Weight};
-use crate::propose::Confidence;
+use crate::candidate::Confidence;
 
 pub(super) const DEG: f64 = std::f64::consts::PI / 180.0;
 /// Units of speeds: what 1 m/s reads.

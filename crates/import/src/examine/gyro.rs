@@ -7,8 +7,8 @@ use super::inertial::{Triad, along, candidates, integral, sideways, swung};
 use super::linear::{Normal, Solved, lean_rows};
 use super::scene::{STEP, slope};
 use super::survey::{Kind, Role, Survey, Weight};
+use crate::candidate::Confidence;
 use crate::fit::nearest;
-use crate::propose::Confidence;
 
 /// Units of turn rates: what 1 rad/s reads.
 const RATES: [(&str, f64); 3] = [("rad/s", 1.0), ("deg/s", 180.0 / std::f64::consts::PI), ("mrad/s", 1000.0)];

@@ -7,8 +7,8 @@ use super::gnss::{Interval, Motion};
 use super::linear::{Normal, Seating, Solved, cross, dot, lean_rows, norm, plus, seat, unit};
 use super::scene::{Field, STEP, slope};
 use super::survey::{Kind, Role, Survey, Weight};
+use crate::candidate::Confidence;
 use crate::fit::nearest;
-use crate::propose::Confidence;
 
 /// Units of specific force: what 1 m/s^2 reads.
 const FORCES: [(&str, f64); 4] =

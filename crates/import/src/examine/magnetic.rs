@@ -9,8 +9,8 @@ use super::inertial::integral;
 use super::linear::{Normal, Solved, cross, dot, norm, seat, unit};
 use super::scene::{STEP, slope};
 use super::survey::{Kind, Role, Survey, Weight};
+use crate::candidate::Confidence;
 use crate::fit::nearest;
-use crate::propose::Confidence;
 
 /// Units of a field: what 1 uT reads.
 const UNITS: [(&str, f64); 6] = [("uT", 1.0), ("nT", 1e3), ("mG", 10.0), ("G", 0.01), ("mT", 1e-3), ("T", 1e-6)];

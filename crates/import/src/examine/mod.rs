@@ -44,11 +44,12 @@ pub use self::survey::{Finding, Weight};
 use self::survey::{Kind, Role, Survey, canonical_unit, channel, kind};
 pub use self::thinned::Thinned;
 pub use self::trial::{TRIAL_SERIES, Trial, try_out};
+use crate::candidate::{Candidate, Confidence};
 use crate::clock::times;
 use crate::correction::Amendment;
 use crate::error::ImportError;
 use crate::mapping::{Mapping, Mount, SignalSource};
-use crate::propose::{Candidate, Confidence, Proposal, choose, propose};
+use crate::propose::{Proposal, choose, propose};
 use crate::table::Table;
 
 /// How the reason ends of a column that nothing but its name tells.

@@ -6,9 +6,9 @@ use super::inertial::integral;
 use super::linear::{Normal, Solved};
 use super::scene::{Field, slope};
 use super::survey::{Kind, Role, Survey, Weight};
+use crate::candidate::Confidence;
 use crate::fit::nearest;
 use crate::order::sort_by;
-use crate::propose::Confidence;
 
 /// What 1 rad of path curvature times metres reads: road wheels and steering wheel, of a car of 2.7 m with some understeer.
 const STEERING: [(&str, &str, f64); 4] = [

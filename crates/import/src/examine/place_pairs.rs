@@ -6,10 +6,10 @@ use drivescope_drive::geodesy::radii;
 use super::gnss::{DEG, FASTEST, follow, part_of, samples, speed_unit, velocity};
 use super::scene::Field;
 use super::survey::{Kind, Role, Survey, Weight, kind};
+use crate::candidate::Confidence;
 use crate::correction::Amendment;
 use crate::mapping::SignalSource;
 use crate::order::sort_by;
-use crate::propose::Confidence;
 
 /// Units of places and the factor to rad.
 const ANGLES: [(&str, f64); 3] = [("deg", DEG), ("rad", 1.0), ("1e-7 deg", 1e-7 * DEG)];

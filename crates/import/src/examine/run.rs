@@ -11,7 +11,7 @@ use super::magnetic::{self, Earth};
 use super::scene::{Field, Scene, slope};
 use super::survey::{Kind, Role, Survey, Weight};
 use super::{at_rest, evidence, grain, others, reversing, speeds, strangers};
-use crate::propose::{Candidate, Confidence};
+use crate::candidate::{Candidate, Confidence};
 use crate::table::Table;
 
 /// The car's yaw answers to the steering so much later, s, and how far that varies from car to car.

@@ -4,8 +4,8 @@ use super::gnss::{Follow, Motion, follow, speed_unit};
 use super::linear::Normal;
 use super::scene::Field;
 use super::survey::{Kind, Role, Survey, Weight};
+use crate::candidate::Confidence;
 use crate::order::sort_by;
-use crate::propose::Confidence;
 
 /// A column that follows the speed over ground.
 #[derive(Clone, Copy, Debug)]

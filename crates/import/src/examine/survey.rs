@@ -4,10 +4,10 @@ use drivescope_drive::csv::file_unit;
 use serde::Serialize;
 
 use super::scene::Scene;
+use crate::candidate::{Candidate, Confidence};
 use crate::channels::{CHANNELS, signal};
 use crate::correction::Amendment;
 use crate::mapping::SignalSource;
-use crate::propose::{Candidate, Confidence};
 use crate::table::Table;
 use crate::units;
 
