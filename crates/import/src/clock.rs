@@ -82,11 +82,19 @@ fn split_clock(table: &Table) -> Option<ProposedClock> {
     Some(ProposedClock { source, why: text.clone(), guess: Some(format!("{text}.")) })
 }
 
+/// Median step beyond which values are no seconds of a log, s.
+const LONGEST_STEP: f64 = 3600.0;
+
 /// Unit of a time column that states none, from its size (Unix time, or seconds since 1980 where its name says so) or its median
 /// step; whether that is beyond doubt.
 pub(crate) fn unit_by_size(values: &[f64], is_gps: bool) -> (&'static str, String, bool) {
     let first = values.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
+    let step = median_step(values);
     for (unit, factor) in [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)] {
+        // A date only if rows follow one another as those of a log do: 0.7 s after the start are 7e8 ns as well.
+        if step / factor > LONGEST_STEP {
+            continue;
+        }
         // 2000 to 2028 as GPS time.
         if is_gps && (6.3e8..4e9).contains(&(first / factor)) {
             return (unit, format!("its first value {first} is a date in {unit}"), unit == "s");
@@ -97,7 +105,6 @@ pub(crate) fn unit_by_size(values: &[f64], is_gps: bool) -> (&'static str, Strin
             return (unit, format!("its first value {first} is Unix time in {unit} ({year})"), unit == "s");
         }
     }
-    let step = median_step(values);
     let reason = format!("the median step is {step:.6}");
     match step {
         s if s < 2.5 => ("s", reason, s < 0.9),
@@ -254,5 +261,16 @@ mod tests {
         );
         let error = propose(&table(&[("accel_x", None, &[1.0, 2.0])])).unwrap_err();
         assert!(error.to_string().contains("found `accel_x`"), "{error}");
+    }
+
+    /// Catches: a clock of nanoseconds since the start taken for a date in seconds, because its first value is of that size.
+    #[test]
+    fn a_clock_since_the_start_is_no_date_however_large_its_numbers() {
+        let rows = |first: f64, step: f64| (0..100).map(|k| first + step * f64::from(k)).collect::<Vec<f64>>();
+        assert_eq!(unit_by_size(&rows(7e8, 1e7), true).0, "ns");
+        assert_eq!(unit_by_size(&rows(1.5e9, 1e7), false).0, "ns");
+        assert_eq!(unit_by_size(&rows(1.2e9, 1e4), true).0, "us");
+        assert_eq!(unit_by_size(&rows(1.2e9, 0.01), true).0, "s");
+        assert_eq!(unit_by_size(&rows(1.7e9, 0.01), false).0, "s");
     }
 }
