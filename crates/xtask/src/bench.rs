@@ -20,7 +20,7 @@ use std::time::{Duration, Instant};
 /// The browser may take this long.
 const PATIENCE: Duration = Duration::from_secs(900);
 
-/// Measure, print a table and the sizes of the core.
+/// Measure, print a table and the sizes of the modules.
 ///
 /// # Errors
 ///
@@ -38,7 +38,7 @@ pub fn run(place: &Place, quick: bool) -> Result<()> {
     }
     println!("\n{}\n", table(&native, &browser));
     page::modules(place)?;
-    sizes::print(&place.generated()).map(drop)
+    sizes::print_modules(&place.generated())
 }
 
 fn native_program(place: &Place) -> Result<PathBuf> {

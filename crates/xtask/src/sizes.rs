@@ -60,12 +60,27 @@ pub fn print_and_judge(place: &Place) -> Result<()> {
     judge(weight)
 }
 
-/// Print and add up the sizes of all files below a folder.
+/// Print the sizes of the WebAssembly below a folder, which need not hold a page.
 ///
 /// # Errors
 ///
 /// A file cannot be read.
-pub fn print(folder: &Path) -> Result<Weight> {
+pub fn print_modules(folder: &Path) -> Result<()> {
+    eprintln!("    {:>9} {:>9}  module", "bytes", "gzip");
+    for file in files_below(folder)?.into_iter().filter(|file| file.extension().is_some_and(|kind| kind == "wasm")) {
+        let bytes = std::fs::read(&file).when(|| format!("read {}", file.display()))?;
+        let name = file.strip_prefix(folder).unwrap_or(&file).display();
+        eprintln!("    {:>9} {:>9}  {name}", bytes.len(), gzip(&bytes)?);
+    }
+    Ok(())
+}
+
+/// Print and add up the sizes of all files of a built page.
+///
+/// # Errors
+///
+/// A file cannot be read.
+fn print(folder: &Path) -> Result<Weight> {
     let mut weight = Weight::default();
     let opening = opening(folder)?;
     eprintln!("    {:>9} {:>9}  file (*: loaded at the opening)", "bytes", "gzip");
