@@ -29,6 +29,11 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 impl PartArgs {
+    /// The columns that are asked for.
+    fn names(&self) -> impl Iterator<Item = &str> {
+        self.columns.iter().map(|name| name.trim()).filter(|name| !name.is_empty())
+    }
+
     /// What the reader is told.
     ///
     /// # Errors
@@ -40,7 +45,7 @@ impl PartArgs {
         {
             return Err(format!("--from {from} --to {to}: expected a range of time that ends after it begins"));
         }
-        let columns = self.columns.iter().map(|name| name.trim().to_owned()).filter(|name| !name.is_empty()).collect();
+        let columns = self.names().map(str::to_owned).collect();
         let memory = self.memory.map(|mega| mega * 1_000_000).or_else(|| free().map(|bytes| bytes / 4 * 3));
         Ok(Keep { columns, from, to, every: self.every.unwrap_or(1) as usize, memory })
     }
@@ -65,7 +70,7 @@ impl PartArgs {
             let text = |t: &drivescope_import::Table| t.text_columns.iter().any(|c| c.name == name);
             log.tables.iter().any(|t| t.column(name).is_some() || text(t))
         };
-        match self.columns.iter().map(|c| c.trim()).find(|c| !c.is_empty() && !has(c)) {
+        match self.names().find(|name| !has(name)) {
             Some(name) => Err(format!(
                 "--columns: the log has no column `{name}`; `drivescope info` without it names all columns"
             )),

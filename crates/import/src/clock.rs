@@ -24,7 +24,7 @@ pub(crate) struct ProposedClock {
 pub(crate) fn propose(table: &Table) -> Result<ProposedClock, ImportError> {
     let mut clock = by_name(table)?;
     if let Some(gps) = gps_time::of(table, &clock.source) {
-        clock.why = format!("{}; {}", clock.why, gps.text.trim_end_matches('.'));
+        clock.why = gps.behind(&clock.why);
         if !gps.sure {
             let unit = clock.guess.take().map_or(String::new(), |text| format!("{text} "));
             clock.guess = Some(unit + &gps.text);

@@ -37,6 +37,13 @@ pub(crate) struct GpsTime {
     pub text: String,
 }
 
+impl GpsTime {
+    /// The reason for a clock with what is told here behind it.
+    pub fn behind(&self, why: &str) -> String {
+        format!("{why}; {}", self.text.trim_end_matches('.'))
+    }
+}
+
 /// Whether a name says that a column is of a receiver's time.
 pub(crate) fn is_named(name: &str) -> bool {
     let name = normalize(name);

@@ -228,27 +228,14 @@ fn add_noise(p: &mut Covariance, rates: &ErrorRates, noise: &ProcessNoise, time:
 
 /// Fold in `M` measurements with independent noise: gated together, then applied one after the other.
 ///
-/// `z` is indicated minus measured, `h` its Jacobian with respect to the errors, `variance` the noise of each row.
-/// With uncorrelated noise this equals the joint Joseph update of [`crate::kalman::update`]; zeros of `h` cost nothing.
+/// `z` is indicated minus measured, `h` its Jacobian with respect to the errors, `variance` the noise of each row. Where
+/// `repeats` measurements share one error, which lasts, each is gated by its own noise but folded in with a variance so many
+/// times as large; 1 where every error is new. With uncorrelated noise this then equals the joint Joseph update of
+/// [`crate::kalman::update`]; zeros of `h` cost nothing.
 ///
 /// # Errors
 /// [`NotPositiveDefinite`] if the innovation covariance cannot be factored or is not finite; `p` is unchanged.
 pub fn update<const M: usize>(
-    p: &mut Covariance,
-    z: &SVector<f64, M>,
-    h: &SMatrix<f64, M, ALL_STATES>,
-    variance: &SVector<f64, M>,
-    gate: Option<f64>,
-) -> Result<Outcome<ALL_STATES>, NotPositiveDefinite> {
-    update_repeated(p, z, h, variance, 1.0, gate)
-}
-
-/// The same of a measurement whose error lasts: gated by its own noise, but folded in with a variance `repeats` times as large, for
-/// so many measurements share one error.
-///
-/// # Errors
-/// As [`update`].
-pub fn update_repeated<const M: usize>(
     p: &mut Covariance,
     z: &SVector<f64, M>,
     h: &SMatrix<f64, M, ALL_STATES>,
@@ -442,7 +429,7 @@ mod tests {
         let (z, variance) = (vector![0.5, -1.0, 0.7], vector![0.3, 0.1, 0.2]);
         let observation = kalman::Observation { y: z, h, r: SMatrix::from_diagonal(&variance) };
         let dense = kalman::update(&mut joint, &observation, None).unwrap();
-        let sequential = update(&mut p, &z, &h, &variance, None).unwrap();
+        let sequential = update(&mut p, &z, &h, &variance, 1.0, None).unwrap();
         let (Outcome::Accepted { dx: a, nis: m }, Outcome::Accepted { dx: b, nis: n }) = (dense, sequential) else {
             panic!()
         };
@@ -458,9 +445,9 @@ mod tests {
         let gate = Some(16.266);
         // Each row alone is within three sigma; together they are not.
         let z = vector![8.5, 8.5, 12.0];
-        assert!(matches!(update(&mut p, &z, &h, &variance, gate), Ok(Outcome::Rejected { nis }) if nis > 16.266));
+        assert!(matches!(update(&mut p, &z, &h, &variance, 1.0, gate), Ok(Outcome::Rejected { nis }) if nis > 16.266));
         assert_eq!(p, initial());
-        assert!(update(&mut p, &vector![f64::NAN, 0.0, 0.0], &h, &variance, None).is_ok_and(|o| o.nis().is_nan()));
+        assert!(update(&mut p, &vector![f64::NAN, 0.0, 0.0], &h, &variance, 1.0, None).is_ok_and(|o| o.nis().is_nan()));
         assert_eq!(p, initial());
     }
 }

@@ -164,7 +164,7 @@ impl Filter {
         self.update_repeated(prediction, sigma, 1.0, tuning)
     }
 
-    /// The same of a measurement that shares its error with others, `repeats` in all: see [`covariance::update_repeated`].
+    /// The same of a measurement that shares its error with others, `repeats` in all: see [`covariance::update`].
     pub fn update_repeated<const M: usize>(
         &mut self,
         prediction: &Prediction<M>,
@@ -176,7 +176,7 @@ impl Filter {
         let variance = sigma.map(|s| s * s);
         let gate = tuning.gates.rows::<M>();
         let (p, z, h) = (&mut self.covariance, &prediction.z, &prediction.h);
-        let outcome = covariance::update_repeated(p, z, h, &variance, repeats, gate).ok()?;
+        let outcome = covariance::update(p, z, h, &variance, repeats, gate).ok()?;
         if let Outcome::Accepted { dx, .. } = outcome {
             self.correct(&dx);
             self.revision += 1;

@@ -85,7 +85,7 @@ pub(crate) fn find(table: &Table, findings: &mut Vec<Finding>) -> Result<Clock, 
     let source = TimeSource::plain(&column.name, unit);
     let gps = crate::gps_time::of(table, &source);
     let sure = sure && gps.as_ref().is_none_or(|gps| gps.sure);
-    let why = gps.map_or(why.clone(), |gps| format!("{why}; {}", gps.text.trim_end_matches('.')));
+    let why = if let Some(gps) = gps { gps.behind(&why) } else { why };
     Ok(Clock { source, confidence: if sure { Confidence::Certain } else { Confidence::Likely }, why })
 }
 
